@@ -304,6 +304,14 @@ def diagnose(
             "'gravity': as the model has it.",
         ),
     ] = None,
+    thorough: Annotated[
+        bool,
+        typer.Option(
+            "--thorough",
+            help="Ask everything, however long it takes. Default: a search that takes long ends early, and an alarm "
+            "says what it did not ask; what counts is work, not time, so that every machine answers the same.",
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
     """Find the physics that the model lacks: where, what, how much, proved on held-out data."""
@@ -312,7 +320,7 @@ def diagnose(
     chain = chain_of(base, tip, lock_others)
     code = recording_commands.diagnose(
         model, chain, recordings, holdout or [], channel_map, band, report, model_out, generate, json,
-        experiment, limits or [], duration, hold or [],
+        experiment, limits or [], duration, hold or [], thorough,
     )  # fmt: skip
     if code:
         raise typer.Exit(code)

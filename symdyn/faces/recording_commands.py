@@ -66,6 +66,7 @@ def diagnose(
     limits: Sequence[str] = (),
     duration: float = 20.0,
     hold: Sequence[str] = (),
+    thorough: bool = False,
 ) -> int:
     """Returns the exit code: 1 when something is left that no known effect explains, 3 for a bad recording."""
     from symdyn.numeric.diagnose import diagnose as run
@@ -83,7 +84,7 @@ def diagnose(
         for recording in (*training, *judges):
             print_warnings(recording.warnings)
         with status(json) as progress:
-            result = run(robot, training, judges or None, band=band, hold=hold, progress=progress)
+            result = run(robot, training, judges or None, band=band, hold=hold, thorough=thorough, progress=progress)
             if experiment is not None:
                 fitted, _ = training_and_heldout(training, judges or None)
                 result = add_experiment(result, fitted, allowed, plan, experiment, progress)

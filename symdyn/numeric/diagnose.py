@@ -65,6 +65,7 @@ def diagnose(
     *,
     band: float | None = None,
     hold: Sequence[str] = (),
+    thorough: bool = False,
     progress: Progress = lambda _: None,
 ) -> Diagnosis:
     """Explain what the model lacks.
@@ -73,6 +74,7 @@ def diagnose(
     one. Either is a recording or several; without ``heldout``, blocks of the training recordings judge
     (``runs.split``). ``band`` in Hz fixes the analysis band (None: found from the residual). Parameters whose
     names fit one of the patterns ``hold`` are not fitted (``"*"``: none is); the model is right about them.
+    A search with a filter that takes long ends early, and an alarm says what it did not ask, unless ``thorough``.
     Where torque sensors cut the machine (``torque_sensors.parts``), each part is diagnosed by itself.
 
     Raises InputError when the recordings do not measure what the model's equations need, or do not go
@@ -86,7 +88,7 @@ def diagnose(
         for part in pieces:
             whole = found[-1].diagnosed if found else robot
             seen = part.seen(whole, runs[0]), part.seen(whole, runs[1])
-            found.append(_by_either_way(part, whole, seen, band, hold, _told_by(part, progress)))
+            found.append(_by_either_way(part, whole, seen, band, hold, thorough, _told_by(part, progress)))
     told = [*doubts(training, heldout), *told]
     return united(robot, pieces, found, told)
 
@@ -101,6 +103,7 @@ def _by_either_way(
     runs: tuple[Recording, Recording],
     band: float | None,
     hold: Sequence[str],
+    thorough: bool,
     progress: Progress,
 ) -> Diagnosis:
     """By inverse dynamics, or by a filter where that sees more."""
@@ -116,7 +119,7 @@ def _by_either_way(
     refuse_known(robot, runs)
     from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
 
-    found = diagnose_hidden(robot, *runs, progress, hold)
+    found = diagnose_hidden(robot, *runs, progress, hold, thorough)
     return replace(found, alarms=(*untested(robot, driven_by_current(robot, runs)), *found.alarms))
 
 

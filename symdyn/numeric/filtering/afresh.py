@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.beliefs import Beliefs
 from symdyn.numeric.filtering.bench import FilterBench, Noise
+from symdyn.numeric.filtering.budget import allowed
 from symdyn.numeric.filtering.explain import (
     PROMISING,
     ROUGH,
@@ -54,7 +55,7 @@ def relieved(model: Model, current: Explanation, progress: Progress) -> Explanat
     some went far, or free runs are off by more than the sensors' noise.
     """
     far = off(model, current)
-    if not absorbing(current) and not far:
+    if not (absorbing(current) or far) or not allowed("whether a fit from the model as given is likelier"):
         return None
     progress("once more from the model as given")
     bench, p = as_given(model, current)
@@ -132,7 +133,7 @@ def afresh(
     found, and no unknown force. Only where free runs are off by more than the sensors' noise; and what gets no nearer
     there in a few rounds than the explanation does without its unknown force is given up.
     """
-    if not off(model, current):
+    if not off(model, current) or not allowed("what explains most on top of the model as given"):
         return None, ()
     progress("every hypothesis on the model as given")
     bench, p = as_given(model, current)

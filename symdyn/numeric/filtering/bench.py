@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.balance import Balance, balance
+from symdyn.numeric.filtering.budget import spend
 from symdyn.numeric.filtering.gears import BASELINE
 from symdyn.numeric.filtering.kalman import run
 from symdyn.numeric.filtering.signals import Signals, opening
@@ -165,11 +166,13 @@ class FilterBench:
         loss, e, variances = np.zeros(filters), np.zeros((filters, rows, m)), np.ones((filters, rows, m))
         slopes, states = np.zeros((rows, m, len(which))), np.zeros((rows, n + len(first.decay)))
         r, decay, power = (np.stack([getattr(each, of) for each in noises]) for of in ("r", "decay", "power"))
-        run(
+        taken = run(
             *self._rates, *self._outputs, u, slope, _between(y, parts), steps, own, np.array(which, np.int64),
             whole, r, s.index, np.ascontiguousarray(first.directions), decay, power, start, self._spread,
             self.substeps, len(self.kernel.outputs), loss, e, variances, slopes, states,
         )  # fmt: skip
+        size = n + len(first.decay)
+        spend(taken * size**2 * (size * (1 + filters) + len(which)))
         loss = np.where(np.isfinite(loss), loss, np.inf)
         return [
             Pass(float(loss[v]), *(values[::parts] for values in (e[v], variances[v], slopes, states)))
@@ -194,12 +197,13 @@ class FilterBench:
         own, u, slope, steps, parts = self._driven(p)
         here, rows, none = slice(first * parts, stop * parts), (stop - first) * parts, np.zeros((1, 0))
         e, variances, slopes = np.zeros((1, rows, m)), np.ones((1, rows, m)), np.zeros((rows, m, 0))
-        run(
+        taken = run(
             *self._rates, *self._outputs, u[here], slope[here], _between(np.zeros((stop - first, m)), parts),
             steps[here], own, np.zeros(0, dtype=np.int64), np.zeros((rows, 0)), np.full((1, m), DEAF), s.index,
             np.zeros((len(own), 0)), none, none, start, np.zeros((n, n)), self.substeps, len(self.kernel.outputs),
             np.zeros(1), e, variances, slopes, np.zeros((rows, n)),
         )  # fmt: skip
+        spend(taken * n**3)
         return -e[0, ::parts]  # of measurements that are zero, and move nothing
 
     def _driven(self, p: Array) -> tuple[Array, Array, Array, Array, int]:

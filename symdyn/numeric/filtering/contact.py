@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from symdyn.numeric.filtering.afresh import TWICE, as_given, let_in, off
 from symdyn.numeric.filtering.beliefs import Beliefs
 from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.budget import allowed
 from symdyn.numeric.filtering.explain import LIKELY, ROUGH, ROUNDS, Progress, fitted, ready
 from symdyn.numeric.filtering.graduated import graduated
 from symdyn.numeric.filtering.judged import Explanation, Step, that_earns
@@ -45,7 +46,7 @@ def loosened(
     known = [
         s for s in scores(quiet, given, tuple(beliefs), plays, progress) if twists[s.candidate.place.address] > 0.0
     ]
-    if not known:
+    if not known or not allowed(f"play at {' and '.join(s.candidate.place.address for s in known)}"):
         return best, tuple(tried)
 
     part = brief(model)  # tells where a fit may begin, in a third of the time or less, and which play is likely

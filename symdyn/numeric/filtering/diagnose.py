@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from symdyn.numeric.candidates import held_parameters
 from symdyn.numeric.filtering.afresh import afresh, astray, relieved, unburdened
+from symdyn.numeric.filtering.budget import ENOUGH, Budget, allowed, within
 from symdyn.numeric.filtering.conclude import conclude, parameters
 from symdyn.numeric.filtering.contact import loosened
 from symdyn.numeric.filtering.discretisation import with_discretisation
@@ -37,13 +39,30 @@ NEEDED = 5.0  # nats that an earlier finding must still bring beside the later o
 
 
 def diagnose_hidden(
-    robot: Robot, training: Recording, heldout: Recording, progress: Progress, hold: Sequence[str] = ()
+    robot: Robot,
+    training: Recording,
+    heldout: Recording,
+    progress: Progress,
+    hold: Sequence[str] = (),
+    thorough: bool = False,
 ) -> Diagnosis:
     """Explain what the model lacks, by the innovations of a Kalman filter on its emitted equations.
 
+    Unless ``thorough``, the search ends when it has spent its budget; an alarm says what was not asked, then.
     Raises InputError (SD520, SD521) when an input of the model was not recorded, or nothing that answers to it;
     UsageError (SD010) when ``hold`` names a parameter that no fit moves.
     """
+    with within(Budget(math.inf if thorough else ENOUGH)) as budget:
+        found = _diagnosed(robot, training, heldout, progress, hold)
+    if not budget.not_asked:
+        return found
+    told = f"the search ended early, and did not ask: {', '.join(budget.not_asked)}. With --thorough it asks everything"
+    return replace(found, alarms=(*found.alarms, told))
+
+
+def _diagnosed(
+    robot: Robot, training: Recording, heldout: Recording, progress: Progress, hold: Sequence[str]
+) -> Diagnosis:
     held = held_parameters(robot, free_parameters(robot), hold)
     progress(f"deriving and compiling {robot.name}")
     bare = holding(_compiled(robot, training, heldout, only=("",)), held)
@@ -57,7 +76,8 @@ def diagnose_hidden(
     findings: list[Finding] = []
     alarms: list[str] = []
     recordings, asked, begun = (training, heldout), None, None
-    while len(findings) < MAX_FINDINGS and current.heldout > min(NEGLIGIBLE, LITTLE * given.heldout):
+    least = min(NEGLIGIBLE, LITTLE * given.heldout)
+    while len(findings) < MAX_FINDINGS and current.heldout > least and allowed("what else is missing"):
         doubt = not tells_all(model, current)
         current = sampled(model, current) if doubt else current
         remembering = lasting(model, current) if doubt else ()

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.beliefs import Beliefs
 from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.budget import allowed
 from symdyn.numeric.filtering.hypotheses import DELAY, MEMORIES
 from symdyn.numeric.filtering.judged import (
     EARNS,
@@ -126,14 +127,14 @@ def step(
         if doubt and set(absorbing(current)) & model.electrical:  # it may hide a delay, which no slope shows any more
             late_ones = [s for s in ranked if s.candidate.effect == DELAY]
             promising += [s for s in late_ones if s not in promising and s.candidate not in asked]
-        if not promising:
+        if not promising or (asked and not allowed("effects that promise less")):
             break
         asked += [s.candidate for s in promising]
         tried = (*tried, *fitted(model, current, promising, progress))
         best = that_earns(model, current, tried, alarms)
         if best is not None:
             return best, tried
-    if not (doubt and _covers(current)):
+    if not (doubt and _covers(current)) or not allowed("effects that an unknown force does the work of"):
         return None, tried
     uncovered = _uncovered(current, [c for c in open_to_all if c not in asked], progress)
     tried = (*tried, *fitted(model, current, uncovered, progress))
@@ -258,6 +259,8 @@ def both(model: Model, current: Explanation, tried: Sequence[Step], progress: Pr
             model, first.after, first.score.candidate
         )
         if sure and likelihood_p_value(current, first.after) < LEVEL:
+            if not allowed(f"what helps beside {first.score.candidate.label}"):
+                return None
             second, _ = step(model, first.after, [], progress)
             if second is not None and second.after.heldout < (1.0 - 2.0 * EARNS) * current.heldout:
                 return first, second

@@ -144,10 +144,15 @@ def with_memory(
     model: Model,
     current: Explanation,
     loop: Lasting,
+    least: float,
     recordings: tuple[Recording, Recording],
     progress: Callable[[str], None],
 ) -> tuple[tuple[Model, Step], ...]:
-    """Every law that remembers so at that place, fitted in full, best first (BIC)."""
+    """Every law that remembers so at that place, fitted in full, best first (BIC).
+
+    What a rough fit finds worth less than ``least``, in nats beyond its price, is given up; and so are all others with
+    the simplest of its kind, whose states tell what a memory is worth.
+    """
     laws = memories(model.robot, loop.latent.place, loop.laws)
     if not laws:
         return ()
@@ -158,29 +163,39 @@ def with_memory(
         if not (item[0].effect in contained and item[0].place.address == loop.latent.place)
     )
     speed, only = _top_speed(current, loop), tuple(c.label for c, _ in kept) or ("",)
-    trials: list[tuple[Model, Candidate]] = []
-    for law in laws:
-        progress(f"deriving and compiling {model.robot.name} with {law.label}")
-        trials.append((prepare(model.robot, *recordings, (*remembered(current), law), only), law))
 
-    def tried(item: tuple[Model, Candidate], start: tuple[float, ...]) -> tuple[Model, Step]:
+    def compiled_with(law: Candidate) -> tuple[Model, Candidate]:
+        progress(f"deriving and compiling {model.robot.name} with {law.label}")
+        return prepare(model.robot, *recordings, (*remembered(current), law), only), law
+
+    def tried(item: tuple[Model, Candidate], start: tuple[float, ...], least: float) -> tuple[Model, Step] | None:
         trial, law = item
-        done, beliefs = _fitted(trial, current, kept, law, start, speed)
+        fitted = _fitted(trial, current, kept, law, start, speed, least)
+        if fitted is None:
+            return None
+        done, beliefs = fitted
         after = explained(trial, (*kept, (law, None)), beliefs, done)
         score = Score(law, None, loop.gain, np.zeros(0), len(YIELDS))
         gain = current.fit.loss - done.loss
         return trial, Step(score, after, gain, heldout_p_value(current, after), loop.group)
 
-    progress(f"fitting {' and '.join(law.label for law in laws)}")
     start: tuple[float, ...] = (loop.level, *loop.shape)
     steps: list[tuple[Model, Step]] = []
     if laws[0].effect == "dahl_friction":  # the simplest of its kind: where it ends, the others begin
-        first = trials.pop(0)
-        steps.append(tried(first, start))
-        done = steps[0][1].after.fit
-        level, stiffness = (float(done.p[done.bench.index[_name(first[1], x)]]) for x in ("level", "stiffness"))
+        first, laws = laws[0], laws[1:]
+        own = compiled_with(first)
+        progress(f"fitting {first.label}")
+        simplest = tried(own, start, least)
+        if simplest is None:
+            return ()
+        steps.append(simplest)
+        done = simplest[1].after.fit
+        level, stiffness = (float(done.p[done.bench.index[_name(first, x)]]) for x in ("level", "stiffness"))
         start = (level, level / stiffness)
-    steps += side_by_side(lambda item: tried(item, start), trials)
+    trials = [compiled_with(law) for law in laws]
+    if trials:
+        progress(f"fitting {' and '.join(law.label for law in laws)}")
+    steps += [step for step in side_by_side(lambda item: tried(item, start, least), trials) if step is not None]
     return tuple(sorted(steps, key=lambda item: item[1].after.fit.loss + price(model, item[1].score.candidate)))
 
 
@@ -196,8 +211,15 @@ def with_every_hypothesis(
 
 
 def _fitted(
-    trial: Model, current: Explanation, kept: Found, law: Candidate, start: tuple[float, ...], speed: float
-) -> tuple[MLFit, Beliefs]:
+    trial: Model,
+    current: Explanation,
+    kept: Found,
+    law: Candidate,
+    start: tuple[float, ...],
+    speed: float,
+    least: float,
+) -> tuple[MLFit, Beliefs] | None:
+    """None where the likeliest of a few rounds is worth less than ``least``."""
     p, bench = carried(trial, current.fit.p, current.fit.bench)
     gone = {
         c.parameter(s) for item in current.found if item not in kept for c in item[:1] for s in (*c.linear, *c.shapes)
@@ -212,6 +234,8 @@ def _fitted(
             beliefs[_name(law, name)] = untold(value)
         fits.append((fit(bench, own, beliefs, most=FEW), beliefs))
     first, beliefs = min(fits, key=lambda item: item[0].loss)
+    if current.fit.loss - first.loss - price(trial, law) < least:
+        return None
     return fit(first.bench, first.p, beliefs), beliefs
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from symdyn.numeric.filtering.budget import allowed
 from symdyn.numeric.filtering.conclude import estimate, of_shaft
 from symdyn.numeric.filtering.explain import step
 from symdyn.numeric.filtering.judged import (
@@ -129,6 +130,8 @@ def _freed(
 ) -> Change | None:
     """``owner`` is the model that ``best`` was fitted with."""
     for joint in rigid_joints(model.robot):
+        if not allowed(f"a shaft that twists at {joint}"):
+            break
         flexible, after = with_shaft(model.robot, joint, model.freed, model.lagging, current, recordings, progress)
         gain = current.fit.loss - after.fit.loss
         least = WORTH + price_of(model, NUMBERS)

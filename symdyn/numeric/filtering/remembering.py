@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from symdyn.numeric.filtering.budget import allowed
+from symdyn.numeric.filtering.explain import LIKELY
 from symdyn.numeric.filtering.judged import (
     EARNS,
     LEVEL,
@@ -26,7 +28,7 @@ Laws = tuple[tuple[Model, Step], ...]  # the chosen one first, each with its own
 
 NUMBERS = 2  # of a loop: how large, and within which distance
 PLACES = 2  # for each kind of memory, at which its laws are fitted until one earns its place
-LIKELY = 0.5  # of the best effect's expected gain: a loop that promises less is not worth a compilation
+EXPECTED = 0.5  # of the best effect's expected gain: a loop that promises less is not worth a compilation
 
 
 def promised(model: Model, found: Sequence[Lasting]) -> float:
@@ -48,9 +50,11 @@ def laws_with_memory(
         if each.beyond >= _least(model):
             places.setdefault(frozenset(each.laws), []).append(each)
     for each in sorted((x for here in places.values() for x in here[:PLACES]), key=lambda x: -x.gain):
-        if each.gain < (LIKELY * best.score.gain if best else 0.0):
+        if each.gain < (EXPECTED * best.score.gain if best else 0.0):
             continue
-        tried = with_memory(model, current, each, recordings, progress)
+        if not allowed(f"friction with memory at {each.latent.place}"):
+            break
+        tried = with_memory(model, current, each, LIKELY * _needed(model, best), recordings, progress)
         good = likelier(tried, current, best)
         if good:
             chosen = simplest(good[0][1], [step for _, step in good])
@@ -72,11 +76,14 @@ def _least(model: Model) -> float:
     return WORTH + price_of(model, NUMBERS)
 
 
+def _needed(model: Model, best: Step | None) -> float:
+    """Nats beyond its price that a law must bring beside ``best``."""
+    return WORTH + max(best.gain - price(model, best.score.candidate) if best else 0.0, 0.0)
+
+
 def _earns(model: Model, current: Explanation, each: Step, best: Step | None) -> bool:
-    worth = each.gain - price(model, each.score.candidate)
-    other = best.gain - price(model, best.score.candidate) if best else 0.0
     return (
-        worth > WORTH + max(other, 0.0)
+        each.gain - price(model, each.score.candidate) > _needed(model, best)
         and each.p_value < LEVEL
         and each.after.heldout < (1.0 - EARNS) * current.heldout
         and certain(model, each.after, each.score.candidate)

@@ -21,6 +21,7 @@ SAMPLES = 5000
 MODEL = cast(Model, SimpleNamespace(training=SimpleNamespace(y=np.zeros((SAMPLES, 1)))))
 NOTHING = cast(Explanation, None)
 PRICE = 10.0 + np.log(SAMPLES)
+PRICE_OF_ONE = 0.5 * np.log(SAMPLES)
 
 
 def loop(place: str, gain: float, beyond: float, laws: Any = HYSTERESIS) -> Lasting:
@@ -31,8 +32,9 @@ def asked(monkeypatch: pytest.MonkeyPatch, *found: Lasting, earns: str = "", bes
     """The places at which laws are fitted, of which those at ``earns`` earn theirs."""
     places: list[str] = []
 
-    def with_memory(model: Model, current: Explanation, each: Lasting, *_: Any) -> Any:
+    def with_memory(model: Model, current: Explanation, each: Lasting, least: float, *_: Any) -> Any:
         places.append(each.latent.place)
+        assert least == pytest.approx(0.7 * (10.0 + (best.gain - PRICE_OF_ONE if best else 0.0)))
         return ((model, SimpleNamespace(place=each.latent.place, score=each)),)
 
     monkeypatch.setattr(remembering, "with_memory", with_memory)
@@ -57,7 +59,7 @@ def test_each_kind_of_memory_is_asked_where_it_promises_most(monkeypatch: pytest
 
 
 def test_what_promises_less_than_half_of_an_effect_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    best = cast(Step, SimpleNamespace(score=SimpleNamespace(gain=300.0)))
+    best = cast(Step, SimpleNamespace(gain=90.0, score=SimpleNamespace(gain=300.0, candidate=SimpleNamespace(size=1))))
     assert asked(monkeypatch, loop("gear", 160.0, 160.0), loop("joint", 140.0, 140.0), best=best) == ["gear"]
 
 
@@ -72,7 +74,44 @@ def test_a_machine_that_has_every_law_there_gets_none() -> None:
     robot = load_robot("irb6-axis1")
     model = cast(Model, SimpleNamespace(robot=robot))
     at_motor = loop("axis1.motor", 200.0, 200.0, {})
-    assert memory.with_memory(model, NOTHING, at_motor, cast(Any, ()), lambda _: None) == ()
+    assert memory.with_memory(model, NOTHING, at_motor, 0.0, cast(Any, ()), lambda _: None) == ()
+
+
+def test_others_are_compiled_only_where_the_simplest_law_is_worth_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = load_robot("irb6-axis1")
+    model = cast(Model, SimpleNamespace(robot=robot, training=SimpleNamespace(y=np.zeros((SAMPLES, 1)))))
+    of = cast(Explanation, SimpleNamespace(found=(), fit=SimpleNamespace(loss=0.0)))
+    told: list[str] = []
+    fitted: list[tuple[str, float]] = []
+
+    def rough(trial: Any, current: Any, kept: Any, law: Any, start: Any, speed: float, least: float) -> Any:
+        """Dahl's loop brings 50 nats, and the others 60; all of them have their price."""
+        fitted.append((law.effect, least))
+        gain = 50.0 if law.effect == "dahl_friction" else 60.0
+        names = {law.parameter(s): i for i, s in enumerate((*law.linear, *law.shapes))}
+        done = SimpleNamespace(loss=-gain, p=np.ones(len(names)), bench=SimpleNamespace(index=names))
+        return (done, {}) if gain - memory.price(model, law) >= least else None
+
+    monkeypatch.setattr(memory, "_top_speed", lambda *_: 1.0)
+    monkeypatch.setattr(memory, "prepare", lambda *_: model)
+    monkeypatch.setattr(memory, "_fitted", rough)
+    monkeypatch.setattr(memory, "explained", lambda own, found, beliefs, done: SimpleNamespace(fit=done))
+    monkeypatch.setattr(memory, "heldout_p_value", lambda *_: 0.0)
+
+    def laws(least: float) -> list[str]:
+        told.clear()
+        fitted.clear()
+        at_motor = loop("axis1.motor", 200.0, 200.0)
+        found = memory.with_memory(model, of, at_motor, least, cast(Any, ()), told.append)
+        return [step.score.candidate.effect for _, step in found]
+
+    worth = 50.0 - np.log(SAMPLES)
+    assert laws(worth + 1.0) == []
+    assert [name for name, _ in fitted] == ["dahl_friction"]
+    assert len(told) == 2
+    assert set(laws(worth - 1.0)) >= {"dahl_friction", "bouc_wen_hysteresis"}
+    assert {least for _, least in fitted} == {worth - 1.0}
+    assert len(told) == 5
 
 
 @pytest.mark.parametrize(("gain", "first"), [(None, True), (90.0, True), (110.0, False)])
