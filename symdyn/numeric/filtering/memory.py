@@ -168,7 +168,7 @@ def with_memory(
         progress(f"deriving and compiling {model.robot.name} with {law.label}")
         return prepare(model.robot, *recordings, (*remembered(current), law), only), law
 
-    def tried(item: tuple[Model, Candidate], start: tuple[float, ...], least: float) -> tuple[Model, Step] | None:
+    def tried(item: tuple[Model, Candidate], start: tuple[float, ...]) -> tuple[Model, Step] | None:
         trial, law = item
         fitted = _fitted(trial, current, kept, law, start, speed, least)
         if fitted is None:
@@ -185,7 +185,7 @@ def with_memory(
         first, laws = laws[0], laws[1:]
         own = compiled_with(first)
         progress(f"fitting {first.label}")
-        simplest = tried(own, start, least)
+        simplest = tried(own, start)
         if simplest is None:
             return ()
         steps.append(simplest)
@@ -195,7 +195,7 @@ def with_memory(
     trials = [compiled_with(law) for law in laws]
     if trials:
         progress(f"fitting {' and '.join(law.label for law in laws)}")
-    steps += [step for step in side_by_side(lambda item: tried(item, start, least), trials) if step is not None]
+    steps += [step for step in side_by_side(lambda item: tried(item, start), trials) if step is not None]
     return tuple(sorted(steps, key=lambda item: item[1].after.fit.loss + price(model, item[1].score.candidate)))
 
 
