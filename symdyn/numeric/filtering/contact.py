@@ -11,9 +11,9 @@ from symdyn.numeric.filtering.afresh import TWICE, as_given, let_in, off
 from symdyn.numeric.filtering.beliefs import Beliefs
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.budget import allowed
-from symdyn.numeric.filtering.explain import LIKELY, ROUGH, ROUNDS, Progress, fitted, ready
+from symdyn.numeric.filtering.explain import ROUGH, ROUNDS, Progress, fitted, ready
 from symdyn.numeric.filtering.graduated import graduated
-from symdyn.numeric.filtering.judged import Explanation, Step, that_earns
+from symdyn.numeric.filtering.judged import LIKELY, Explanation, Step, that_earns
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.locate import brief
 from symdyn.numeric.filtering.model import Model, candidate_beliefs

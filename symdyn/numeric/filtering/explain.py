@@ -16,6 +16,7 @@ from symdyn.numeric.filtering.hypotheses import DELAY, MEMORIES
 from symdyn.numeric.filtering.judged import (
     EARNS,
     LEVEL,
+    LIKELY,
     WORTH,
     Explanation,
     Step,
@@ -44,7 +45,6 @@ PROMISING = 0.2  # of the largest expected gain: what promises less is not fitte
 PARTS = (1.0, 0.5, 0.25, 0.1)  # of what a score test expects: where such a fit may start
 SMALLER = (1e-2, 1e-3, 1e-4)  # where all of those are worse than nothing: a filter that chatters is slow, and lost
 ROUGH, ROUNDS = 2.0, 6  # nats and rounds of a fit that only sorts
-LIKELY = 0.7  # of the best gain of such fits: what has less is not fitted further
 
 
 def with_effect(model: Model, current: Explanation, candidate: Candidate, shape: float | None, start: Array) -> MLFit:

@@ -26,6 +26,7 @@ LEVEL = 0.01  # significance of a gain
 WORTH = 10.0  # nats that an effect must bring on training data, beside half the logarithm of N per number (BIC)
 ABOUT = 0.1  # of the free-run error, held out: explanations that differ less may be alike
 EARNS = 0.03  # of the free-run error, held out: less is not worth a line in a model
+LIKELY = 0.7  # of the best gain: what has less is far behind
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))
 
 
@@ -80,7 +81,7 @@ def that_earns(
         order = sorted(tried, key=lambda s: s.after.heldout)
     else:
         order = sorted(tried, key=lambda s: s.after.fit.loss + price(model, s.score.candidate))
-    for each in [simplest(wide, order) for wide in order]:
+    for each in [simplest(model, wide, order) for wide in order]:
         label = each.score.candidate.label
         if each.gain < (0.0 if covered else WORTH + price(model, each.score.candidate)):
             continue
@@ -113,10 +114,27 @@ def contains(wide: Score, less: Score) -> bool:
     )
 
 
-def simplest(wide: Step, tried: Sequence[Step]) -> Step:
-    """A law that this one contains, at the same place, unless what this one adds earns its place like any effect."""
-    less = [s for s in tried if contains(wide.score, s.score) and not improves(s.after, wide.after)]
+def simplest(model: Model, wide: Step, tried: Sequence[Step]) -> Step:
+    """A law that this one contains, at the same place, unless what this one adds earns its place like any effect.
+
+    Where the simpler leaves free runs no room for that, the likelihood decides.
+    """
+    less = [
+        s
+        for s in tried
+        if contains(wide.score, s.score) and not improves(s.after, wide.after) and not _far_behind(model, s, wide)
+    ]
     return min(less, key=lambda s: s.score.candidate.size, default=wide)
+
+
+def _far_behind(model: Model, less: Step, wide: Step) -> bool:
+    """Whether a law that leaves hardly more than the sensors' noise is not nearly as likely, on held-out data too."""
+    worth = [s.gain - price(model, s.score.candidate) for s in (less, wide)]
+    return (
+        tells_all(model, less.after)
+        and worth[0] < LIKELY * worth[1]
+        and likelihood_p_value(less.after, wide.after) < LEVEL
+    )
 
 
 def earns(model: Model, before: Explanation, after: Explanation, candidate: Candidate) -> bool:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from symdyn.numeric.filtering.budget import allowed
-from symdyn.numeric.filtering.explain import LIKELY
 from symdyn.numeric.filtering.judged import (
     EARNS,
     LEVEL,
+    LIKELY,
     WORTH,
     Explanation,
     Step,
@@ -57,7 +57,7 @@ def laws_with_memory(
         tried = with_memory(model, current, each, LIKELY * _needed(model, best), recordings, progress)
         good = likelier(tried, current, best)
         if good:
-            chosen = simplest(good[0][1], [step for _, step in good])
+            chosen = simplest(model, good[0][1], [step for _, step in good])
             return tuple(sorted(good, key=lambda each: each[1] is not chosen))
     return ()
 

@@ -39,7 +39,7 @@ def asked(monkeypatch: pytest.MonkeyPatch, *found: Lasting, earns: str = "", bes
 
     monkeypatch.setattr(remembering, "with_memory", with_memory)
     monkeypatch.setattr(remembering, "likelier", lambda laws, *_: tuple(x for x in laws if x[1].place == earns))
-    monkeypatch.setattr(remembering, "simplest", lambda wide, tried: wide)
+    monkeypatch.setattr(remembering, "simplest", lambda model, wide, tried: wide)
     laws = remembering.laws_with_memory(MODEL, NOTHING, best, found, cast(Any, ()), lambda _: None)
     assert [step.place for _, step in cast(Any, laws)] == ([earns] if earns else [])
     return places
