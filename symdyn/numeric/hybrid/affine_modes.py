@@ -92,67 +92,94 @@ def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
     sigma = modes.sigma[number]
     a = mode_matrix(base, state, sigma, one)
     rate = growth_rate(a)
-    if not (np.isfinite(rate) and np.all(np.isfinite(a))):
+    for i in range(n):
+        for j in range(n):
+            if not np.isfinite(a[i, j]):
+                return NOT_FINITE
+    if not np.isfinite(rate):
         return NOT_FINITE
     row, most = 0, modes.bounds.shape[2]
     guards = np.zeros((most, n))
-    guards[:, one] = 1.0  # what is not used is never crossed
+    for g in range(most):
+        guards[g, one] = 1.0  # what is not used is never crossed
     for k in range(nf):
         if state[k] == 0:
             for way in (1, -1):
-                guards[row] = -way * sigma[k]
+                _put(guards, row, -way, sigma, k)
                 guards[row, one] += 1.0
                 row = _own(modes, number, row, k, way)
         else:
-            guards[row] = state[k] * base.speeds[k]
+            _put(guards, row, state[k], base.speeds, k)
             row = _own(modes, number, row, k, 0)
     for c in range(nc):
         now, k = state[nf + c], nf + c
         if now == 0:
             for way in (1, -1):
-                guards[row] = -way * base.gap[c]
+                _put(guards, row, -way, base.gap, c)
                 guards[row, one] += base.gap_half[c]
                 row = _own(modes, number, row, k, way)
             continue
         way = 1 if now > 0 else -1
-        press = base.high[c] if way > 0 else base.low[c]
+        press = base.high if way > 0 else base.low
         if abs(now) == 1:
-            guards[row] = press
+            _put(guards, row, 1, press, c)
             row = _own(modes, number, row, k, 2 * way)
         else:
-            guards[row] = -press
+            _put(guards, row, -1, press, c)
             row = _own(modes, number, row, k, way)
-            guards[row] = way * base.gap[c]
+            _put(guards, row, way, base.gap, c)
             guards[row, one] -= base.gap_half[c]
             row = _own(modes, number, row, k, 0)
     for m in range(nl):
         now, k = state[nf + nc + m], nf + nc + m
         if now <= 0:
-            guards[row] = base.argument[m] * (1.0 if now == 0 else -1.0)
+            _put(guards, row, 1 if now == 0 else -1, base.argument, m)
             guards[row, one] -= base.limits[m, 0] * (1.0 if now == 0 else -1.0)
             row = _own(modes, number, row, k, -1 if now == 0 else 0)
         if now >= 0:
-            guards[row] = base.argument[m] * (-1.0 if now == 0 else 1.0)
+            _put(guards, row, -1 if now == 0 else 1, base.argument, m)
             guards[row, one] += base.limits[m, 1] * (1.0 if now == 0 else -1.0)
             row = _own(modes, number, row, k, 1 if now == 0 else 0)
     modes.guards[number] = row
     modes.codes[number] = code_of(state)
-    expm1_levels(a.T.copy(), rate, horizon, modes.step[number])
-    derived, following = guards.copy(), np.empty((most, n))
+    turned = np.empty((n, n))
+    _transpose(a, turned, 0)
+    expm1_levels(turned, rate, horizon, modes.step[number])
+    rows = modes.rows[number]
+    derived, following = np.empty((most, n)), np.empty((most, n))
+    for g in range(most):
+        _put(derived, g, 1, guards, g)
+        for i in range(n):
+            modes.sizes[number, i, g] = abs(guards[g, i])
     for order in range(2 * ORDER - 1):  # up to A^7: dz/dt brings the eighth
         if order < ORDER:
-            modes.rows[number, :, order * most : (order + 1) * most] = derived.T
+            _transpose(derived, rows, order * most)
         matrix_product(derived, a, following)
         derived, following = following, derived
     right, left = fast_motions(a, horizon)
-    modes.bounds[number] = largest_rows(derived, a, rate, horizon, right, left).T
-    modes.sizes[number] = np.abs(guards).T
+    _transpose(largest_rows(derived, a, rate, horizon, right, left), modes.bounds[number], 0)
     fast = np.empty((LANES, n))
     matrix_product(left, a, fast)
-    modes.rows[number, :, ORDER * most : ORDER * most + LANES] = fast.T
-    modes.rows[number, :, ORDER * most + LANES :] = a.T
+    _transpose(fast, rows, ORDER * most)
+    _transpose(a, rows, ORDER * most + LANES)
     modes.made[0] += 1
     return number
+
+
+@compiled
+def _put(out: Array, row: int, times: int, source: Array, of: int) -> None:
+    """out[row] = times * source[of]; as a loop, since Numba takes seconds to compile that."""
+    for i in range(out.shape[1]):
+        out[row, i] = times * source[of, i]
+
+
+@compiled
+def _transpose(source: Array, out: Array, at: int) -> None:
+    """out[:, at : at + m] = the transpose of ``source`` (m, n); as a loop, too."""
+    m, n = source.shape
+    for i in range(n):
+        for j in range(m):
+            out[i, at + j] = source[j, i]
 
 
 @compiled
@@ -162,29 +189,38 @@ def mode_matrix(base: Base, state: Ints, sigma: Array, one: int) -> Array:
     ``sigma`` (nf, n) is filled in with each friction's share of its limit.
     """
     nf, n = len(base.speeds), len(base.a)
-    a = base.a.copy()
+    a = np.empty((n, n))
+    for i in range(n):
+        _put(a, i, 1, base.a, i)
     for k in range(nf):
-        sigma[k] = 0.0
+        for i in range(sigma.shape[1]):
+            sigma[k, i] = 0.0
         sigma[k, one] = state[k]
         for i in range(n):
             a[i, one] += base.friction[i, k] * state[k]
-    stuck = np.array([k for k in range(nf) if state[k] == 0], np.int64)
-    if len(stuck):
-        speeds = np.empty((len(stuck), n))
-        pull = np.empty((n, len(stuck)))
-        for r, k in enumerate(stuck):
-            speeds[r] = base.speeds[k]
-            pull[:, r] = base.friction[:, k]
+    stuck, many = np.empty(nf, np.int64), 0
+    for k in range(nf):
+        if state[k] == 0:
+            stuck[many] = k
+            many += 1
+    if many:
+        speeds = np.empty((many, n))
+        pull = np.empty((n, many))
+        for r in range(many):
+            _put(speeds, r, 1, base.speeds, stuck[r])
+            for i in range(n):
+                pull[i, r] = base.friction[i, stuck[r]]
         share = _shares(speeds, pull, a)
-        for r, k in enumerate(stuck):
-            sigma[k] = share[r]
+        for r in range(many):
+            _put(sigma, stuck[r], 1, share, r)
             for i in range(n):
                 for j in range(n):
                     a[i, j] += pull[i, r] * share[r, j]
-        for r in range(len(stuck)):
+        for r in range(many):
             entry = only_entry(speeds[r])
             if entry >= 0:  # stays zero exactly: its row is nothing but rounding
-                a[entry] = 0.0
+                for j in range(n):
+                    a[entry, j] = 0.0
     return a
 
 

@@ -157,7 +157,7 @@ def switch(
     for k in range(nf):
         resting[k] = state[k] == 0  # frictions whose speed is zero now
         rest = rest or resting[k]
-    before[:] = state
+    _copy(state, before)
     for turn in range(SAME_INSTANT):
         crossed = False
         for g in range(modes.guards[mode]):
@@ -174,13 +174,13 @@ def switch(
             number = base_of(state, nf, nc)
             place = place_of(known, number)
             if place < 0:
-                state[:] = before
+                _copy(before, state)
                 tally[BASE] = number
                 return NEED_BASE
             _settle(z, state, pick(bases, place), resting)
         status = enter(state, bases, known, modes, horizon, tally)
         if status != DONE:
-            state[:] = before
+            _copy(before, state)
             return status
         mode = find(modes, code_of(state))
         evaluate(modes, mode, columns, z, 0, values, 0)
@@ -198,6 +198,12 @@ def switch(
                 events[tally[EVENTS], 3] = state[k]
             tally[EVENTS] += 1
     return DONE
+
+
+@compiled
+def _copy(states: Ints, out: Ints) -> None:
+    for k in range(len(states)):
+        out[k] = states[k]
 
 
 @compiled
