@@ -160,6 +160,13 @@ def test_only_what_stays_unexplained_fails(verdict: Verdict, code: int, tmp_path
     assert set(contents(tmp_path)) == {"rod.toml", "monday.csv", "tuesday.csv"}
 
 
+@pytest.mark.parametrize("more", [(), ("--thorough",)])
+def test_thorough_lets_the_search_ask_everything(more: tuple[str, ...], tmp_path: Path) -> None:
+    with mock.patch("symdyn.numeric.diagnose.diagnose", return_value=diagnosis()) as asked:
+        diagnose(tmp_path, nothing, "--json", *more)
+    assert asked.call_args.kwargs["thorough"] is bool(more)
+
+
 def test_demo_diagnoses_what_ships_into_one_folder(tmp_path: Path) -> None:
     """Of the slow one below, what does not need the diagnosis."""
     result = diagnosis()
