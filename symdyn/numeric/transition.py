@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid.compiled import compiled
+from symdyn.numeric.hybrid.loops import copy
 from symdyn.numeric.hybrid.vectors import LANES, times
 
 Array = NDArray[np.float64]
@@ -30,14 +31,6 @@ def product(a: Array, b: Array, rows: int, inner: int, out: Array) -> None:
     across = b.shape[1]
     for i in range(rows):
         times(b, 0, across, a, i * a.shape[1], inner + inner % 2, out, i * across)
-
-
-@compiled
-def copy(source: Array, out: Array) -> None:
-    """out[:] = source, of two matrices; as loops, since Numba takes seconds to compile that."""
-    for i in range(len(source)):
-        for j in range(source.shape[1]):
-            out[i, j] = source[i, j]
 
 
 @compiled
@@ -141,7 +134,7 @@ def transition(
 
 
 @compiled
-def gathered(
+def source_weights(
     change: Array, integral: Array, ramp: Array, halves: Array, many: int, n: int, h: float, nodes: Array, rest: Array,
     term: Array, work: Array,
 ) -> None:  # fmt: skip

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import linalg
 
-from symdyn.numeric.transition import HALVES, double, gathered, product, room, transition
+from symdyn.numeric.transition import HALVES, double, product, room, source_weights, transition
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def test_what_a_source_that_goes_straight_between_moments_adds(size: float, piec
     many = transition(with_room(a), n, step, True, *outs, halves)
     assert many + 1 == pieces
     nodes, use = np.full((HALVES + 2, room(n), room(n)), 7.0), [np.full((room(n), room(n)), 7.0) for _ in range(3)]
-    gathered(*outs[:3], halves, many, n, step, nodes, *use)
+    source_weights(*outs[:3], halves, many, n, step, nodes, *use)
     moments = step * np.append(0.0, 0.5 ** np.arange(many, -1.0, -1.0))
     sources = rng.normal(size=(len(moments), n))
     x = np.zeros(n)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from symdyn.numeric.filtering.kinks import FINEST, HASTY, KINK, PATIENCE, RUNGS, bent, reach
 from symdyn.numeric.filtering.measure import measured
 from symdyn.numeric.hybrid.compiled import compiled
-from symdyn.numeric.transition import HALVES, gathered, product, room, transition
+from symdyn.numeric.transition import HALVES, product, room, source_weights, transition
 
 Array = NDArray[np.float64]
 
@@ -284,7 +284,7 @@ def run(  # type: ignore[no-untyped-def]
                 control[j] += h * slope_u[k, j]
             if q:
                 if not same:
-                    gathered(change, integral, ramp, halves, many, n, h, nodes, rest, term, space)
+                    source_weights(change, integral, ramp, halves, many, n, h, nodes, rest, term, space)
                 product(phi, dz, n, nz, moved)
                 for i in range(n):
                     for j in range(q):

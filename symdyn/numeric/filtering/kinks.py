@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid.compiled import compiled
-from symdyn.numeric.transition import copy, double, transition
+from symdyn.numeric.hybrid.loops import copy
+from symdyn.numeric.transition import double, transition
 
 Array = NDArray[np.float64]
 Rate = Callable[[Array, Array, Array, Array], None]

@@ -11,6 +11,7 @@ from symdyn.numeric.hybrid.compiled import compiled
 from symdyn.numeric.hybrid.exponential import expm1_levels, growth_rate
 from symdyn.numeric.hybrid.fast_modes import fast_motions
 from symdyn.numeric.hybrid.growth import largest_rows
+from symdyn.numeric.hybrid.loops import absolute, copy, copy_row, transpose
 from symdyn.numeric.hybrid.vectors import LANES, matrix_product, solve
 
 Array = NDArray[np.float64]
@@ -105,81 +106,63 @@ def add_mode(modes: Modes, base: Base, state: Ints, horizon: float) -> int:
     for k in range(nf):
         if state[k] == 0:
             for way in (1, -1):
-                _put(guards, row, -way, sigma, k)
+                copy_row(sigma, k, -way, guards, row)
                 guards[row, one] += 1.0
                 row = _own(modes, number, row, k, way)
         else:
-            _put(guards, row, state[k], base.speeds, k)
+            copy_row(base.speeds, k, state[k], guards, row)
             row = _own(modes, number, row, k, 0)
     for c in range(nc):
         now, k = state[nf + c], nf + c
         if now == 0:
             for way in (1, -1):
-                _put(guards, row, -way, base.gap, c)
+                copy_row(base.gap, c, -way, guards, row)
                 guards[row, one] += base.gap_half[c]
                 row = _own(modes, number, row, k, way)
             continue
         way = 1 if now > 0 else -1
         press = base.high if way > 0 else base.low
         if abs(now) == 1:
-            _put(guards, row, 1, press, c)
+            copy_row(press, c, 1, guards, row)
             row = _own(modes, number, row, k, 2 * way)
         else:
-            _put(guards, row, -1, press, c)
+            copy_row(press, c, -1, guards, row)
             row = _own(modes, number, row, k, way)
-            _put(guards, row, way, base.gap, c)
+            copy_row(base.gap, c, way, guards, row)
             guards[row, one] -= base.gap_half[c]
             row = _own(modes, number, row, k, 0)
     for m in range(nl):
         now, k = state[nf + nc + m], nf + nc + m
         if now <= 0:
-            _put(guards, row, 1 if now == 0 else -1, base.argument, m)
+            copy_row(base.argument, m, 1 if now == 0 else -1, guards, row)
             guards[row, one] -= base.limits[m, 0] * (1.0 if now == 0 else -1.0)
             row = _own(modes, number, row, k, -1 if now == 0 else 0)
         if now >= 0:
-            _put(guards, row, -1 if now == 0 else 1, base.argument, m)
+            copy_row(base.argument, m, -1 if now == 0 else 1, guards, row)
             guards[row, one] += base.limits[m, 1] * (1.0 if now == 0 else -1.0)
             row = _own(modes, number, row, k, 1 if now == 0 else 0)
     modes.guards[number] = row
     modes.codes[number] = code_of(state)
     turned = np.empty((n, n))
-    _transpose(a, turned, 0)
+    transpose(a, turned, 0)
     expm1_levels(turned, rate, horizon, modes.step[number])
     rows = modes.rows[number]
     derived, following = np.empty((most, n)), np.empty((most, n))
-    for g in range(most):
-        _put(derived, g, 1, guards, g)
-        for i in range(n):
-            modes.sizes[number, i, g] = abs(guards[g, i])
+    copy(guards, derived)
+    transpose(absolute(guards), modes.sizes[number], 0)
     for order in range(2 * ORDER - 1):  # up to A^7: dz/dt brings the eighth
         if order < ORDER:
-            _transpose(derived, rows, order * most)
+            transpose(derived, rows, order * most)
         matrix_product(derived, a, following)
         derived, following = following, derived
     right, left = fast_motions(a, horizon)
-    _transpose(largest_rows(derived, a, rate, horizon, right, left), modes.bounds[number], 0)
+    transpose(largest_rows(derived, a, rate, horizon, right, left), modes.bounds[number], 0)
     fast = np.empty((LANES, n))
     matrix_product(left, a, fast)
-    _transpose(fast, rows, ORDER * most)
-    _transpose(a, rows, ORDER * most + LANES)
+    transpose(fast, rows, ORDER * most)
+    transpose(a, rows, ORDER * most + LANES)
     modes.made[0] += 1
     return number
-
-
-@compiled
-def _put(out: Array, row: int, times: int, source: Array, of: int) -> None:
-    """out[row] = times * source[of]; as a loop, since Numba takes seconds to compile that."""
-    for i in range(out.shape[1]):
-        out[row, i] = times * source[of, i]
-
-
-@compiled
-def _transpose(source: Array, out: Array, at: int) -> None:
-    """out[:, at : at + m] = the transpose of ``source`` (m, n); as a loop, too."""
-    m, n = source.shape
-    for i in range(n):
-        for j in range(m):
-            out[i, at + j] = source[j, i]
 
 
 @compiled
@@ -190,8 +173,7 @@ def mode_matrix(base: Base, state: Ints, sigma: Array, one: int) -> Array:
     """
     nf, n = len(base.speeds), len(base.a)
     a = np.empty((n, n))
-    for i in range(n):
-        _put(a, i, 1, base.a, i)
+    copy(base.a, a)
     for k in range(nf):
         for i in range(sigma.shape[1]):
             sigma[k, i] = 0.0
@@ -207,12 +189,12 @@ def mode_matrix(base: Base, state: Ints, sigma: Array, one: int) -> Array:
         speeds = np.empty((many, n))
         pull = np.empty((n, many))
         for r in range(many):
-            _put(speeds, r, 1, base.speeds, stuck[r])
+            copy_row(base.speeds, stuck[r], 1, speeds, r)
             for i in range(n):
                 pull[i, r] = base.friction[i, stuck[r]]
         share = _shares(speeds, pull, a)
         for r in range(many):
-            _put(sigma, stuck[r], 1, share, r)
+            copy_row(share, r, 1, sigma, stuck[r])
             for i in range(n):
                 for j in range(n):
                     a[i, j] += pull[i, r] * share[r, j]

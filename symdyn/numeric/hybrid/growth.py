@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid.compiled import compiled
 from symdyn.numeric.hybrid.exponential import bound_of_exponential, expm1_levels
+from symdyn.numeric.hybrid.loops import absolute, copy
 from symdyn.numeric.hybrid.vectors import LANES, matrix_product
 
 Array = NDArray[np.float64]
@@ -33,9 +34,7 @@ def largest_rows(rows: Array, a: Array, rate: float, step: float, right: Array, 
     forward = np.zeros((1, n, n))
     expm1_levels(a, rate, delta, forward)
     now, change, seen = np.empty((2 * m, n)), np.empty((2 * m, n)), np.empty((2 * m, w))
-    for i in range(m):
-        for j in range(n):
-            now[i, j] = rows[i, j]
+    copy(rows, now)
     matrix_product(now[:m], a, change[:m])
     matrix_product(change[:m], a, now[m:])
     most, terms = np.zeros((2 * m, w)), np.zeros((2 * m, n))
@@ -64,7 +63,7 @@ def largest_rows(rows: Array, a: Array, rate: float, step: float, right: Array, 
         for j in range(w):
             most[m + i, j] += share[i, j]
     matrix_product(most[m:], inside, bounds)
-    matrix_product(terms[:m], _sizes(parts), share)
+    matrix_product(terms[:m], absolute(parts), share)
     for i in range(m):
         for j in range(w):
             bounds[i, j] = most[i, j] + delta * delta / 8.0 * bounds[i, j] + UNSEEN * share[i, j]
@@ -79,17 +78,14 @@ def _split(a: Array, right: Array, left: Array) -> tuple[Array, Array, Array]:
     parts, within = np.zeros((n, w)), np.zeros((w, w))
     rest, rates = np.empty((n, n)), np.empty((LANES, n))
     matrix_product(right, left, rest)
+    copy(right, parts)
     for i in range(n):
-        for j in range(LANES):
-            parts[i, j] = right[i, j]
         for j in range(n):
             parts[i, LANES + j] = (1.0 if i == j else 0.0) - rest[i, j]
     slow = np.empty((LANES, LANES))
     matrix_product(left, a, rates)
     matrix_product(rates, right, slow)
-    for i in range(LANES):
-        for j in range(LANES):
-            within[i, j] = slow[i, j]
+    copy(slow, within)
     for i in range(n):
         for j in range(n):
             within[LANES + i, LANES + j] = a[i, j]
@@ -99,18 +95,8 @@ def _split(a: Array, right: Array, left: Array) -> tuple[Array, Array, Array]:
     for i in range(n):
         for j in range(w):
             residual[i, j] = abs(one[i, j] - two[i, j])
-    matrix_product(_sizes(a), _sizes(parts), one)
+    matrix_product(absolute(a), absolute(parts), one)
     for i in range(n):
         for j in range(w):
             residual[i, j] += 1e-15 * one[i, j]
     return parts, within, residual
-
-
-@compiled
-def _sizes(a: Array) -> Array:
-    """|a|, entry by entry; as a loop, since Numba takes seconds to compile that."""
-    found = np.empty(a.shape)
-    for i in range(len(a)):
-        for j in range(a.shape[1]):
-            found[i, j] = abs(a[i, j])
-    return found

@@ -8,7 +8,6 @@ from typing import Any, cast
 
 import pytest
 
-from symdyn.numeric.filtering import budget as budgets
 from symdyn.numeric.filtering import diagnose
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.budget import ENOUGH, Budget, allowed, spend, within
@@ -73,4 +72,4 @@ def test_work_goes_with_the_samples_and_with_what_is_asked_of_a_run(robot: Robot
     assert alone == work(bench) > len(model.training.y)
     assert with_slopes > 1.2 * alone
     assert 3.5 < finer / alone < 4.5
-    assert 1e4 * with_slopes < budgets.ENOUGH  # a drive of one coordinate is asked everything
+    assert 1e4 * with_slopes < ENOUGH  # a drive of one coordinate is asked everything
