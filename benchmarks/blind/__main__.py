@@ -1,6 +1,6 @@
 """The blind benchmark: plants the tool cannot see, questions, scores.
 
-python -m benchmarks.blind [--machines two-link,..] [--level middle] [--cases 'PATTERN'] [--first N] [--jobs N]
+python -m benchmarks.blind [--machines two-link,..] [--level middle] [--cases 'PATTERN'] [--skip N] [--first N]
 
 Records stand one per case in the output folder; a run that was stopped goes on where it was. Cases come in an order
 drawn by lot, so that those done so far are a fair sample.
@@ -33,7 +33,8 @@ and how, stands in [blind.md](blind.md).
 
 def main(arguments: Sequence[str] | None = None) -> None:
     options = _options().parse_args(arguments)
-    cases = chosen(options.machines, options.level, options.groups, options.cases)[: options.first]
+    cases = chosen(options.machines, options.level, options.groups, options.cases)
+    cases = cases[options.skip :][: options.first]
     if options.list:
         print("\n".join(case.id for case in cases))
         return
@@ -73,7 +74,8 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--level", type=_one_of(LEVELS), default=[], metavar="A,B", help="noise: " + ", ".join(LEVELS))
     parser.add_argument("--groups", type=_one_of(GROUPS), default=[], metavar="A,B", help=", ".join(GROUPS))
     parser.add_argument("--cases", action="append", default=[], metavar="PATTERN", help="ids, with * for anything")
-    parser.add_argument("--first", type=int, metavar="N", help="no more than N of them: a fair sample")
+    parser.add_argument("--skip", type=int, default=0, metavar="N", help="leave out the first N of them")
+    parser.add_argument("--first", type=int, metavar="N", help="no more than N of the rest: a fair sample")
     parser.add_argument(
         "--jobs", type=int, default=0, metavar="N", help="cases at a time; 0, the default: one per core"
     )

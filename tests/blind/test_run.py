@@ -70,10 +70,13 @@ def test_a_tool_that_fails_or_hangs_is_no_answer() -> None:
 
 
 def test_the_command_line_lists_and_reports(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    main(["--list", "--machines", "two-link,seed-drive", "--level", "low", "--groups", "unknown"])
+    part = ["--list", "--machines", "two-link,seed-drive", "--level", "low", "--groups", "unknown"]
+    main(part)
     listed = capsys.readouterr().out.split()
     assert len(listed) == 21
     assert set(listed) < {case.id for case in all_cases()}
+    main([*part, "--skip", "4", "--first", "3"])
+    assert capsys.readouterr().out.split() == listed[4:7]
     main(["--cases", CASE, "--report-only", "--out", str(tmp_path)])
     assert capsys.readouterr().out.startswith("0 cases")
     assert json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))["cases"] == []
