@@ -29,6 +29,7 @@ from symdyn.numeric.filtering.judged import (
     explained,
     floor,
     heldout_p_value,
+    improves,
     price,
     tells_all,
     that_earns,
@@ -91,20 +92,35 @@ def unburdened(
     A force that did an effect's work does not let go of it by small steps, and bends parameters beside it (an arm's
     inertia by a tenth, 15 000 nats from where dry friction alone tells all). What was behind ``best`` by less than
     that brought, the same law at a neighbour's among it, is asked as well: only what was fitted alike can be compared.
-    Where nothing earned its place beside such a force, the likeliest of what was worth its price begins.
+    So is what has fewer numbers at the same place, and free runs as good: a force must hide what it is behind by. Where
+    nothing earned its place beside such a force, the likeliest of what was worth its price begins.
     """
     worth = [s for s in tried if s.gain > WORTH + price(model, s.score.candidate)]
     first = best or min(worth, key=lambda s: s.after.fit.loss, default=None)
     let_go = _let_go(model, current, first) if first else None
-    if first is None or let_go is None or let_go is first:
+    if first is None or let_go is None:
         return best, tuple(tried)
     brought = first.after.fit.loss - let_go.after.fit.loss
-    behind = [s for s in worth if s is not first and s.after.fit.loss < first.after.fit.loss + brought]
+    far = first.after.fit.loss + brought if let_go is not first else -np.inf
+    behind = [s for s in worth if s is not first and (s.after.fit.loss < far or _as_good(first, s))]
+    if let_go is first and not behind:
+        return best, tuple(tried)
     near = sorted(behind, key=lambda s: s.after.fit.loss)[:TRIED]
     others = side_by_side(lambda s: _let_go(model, current, s), near)
     alike = dict(zip([first, *near], [let_go, *others], strict=True))
     chosen = that_earns(model, current, tuple(alike.values()), alarms) or (let_go if best else None)
     return chosen, tuple(alike.get(s, s) for s in tried)
+
+
+def _as_good(wide: Step, less: Step) -> bool:
+    """Whether a smaller effect at the same place is less likely, and free runs do not tell why."""
+    one, other = wide.score.candidate, less.score.candidate
+    return (
+        one.place == other.place
+        and one.size > other.size
+        and less.after.fit.loss > wide.after.fit.loss + WORTH
+        and not improves(less.after, wide.after)
+    )
 
 
 def _let_go(model: Model, current: Explanation, step: Step) -> Step:

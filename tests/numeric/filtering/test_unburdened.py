@@ -16,9 +16,9 @@ MODEL: Any = SimpleNamespace(training=SimpleNamespace(y=np.zeros((1000, 1))))
 CURRENT: Any = SimpleNamespace(fit=SimpleNamespace(loss=0.0))
 
 
-def fitted(gain: float) -> Step:
-    score: Any = SimpleNamespace(candidate=SimpleNamespace(size=1))
-    after: Any = SimpleNamespace(fit=SimpleNamespace(loss=-gain), alone=False)
+def fitted(gain: float, size: int = 1, place: str = "j1", error: float = 1.0) -> Step:
+    score: Any = SimpleNamespace(candidate=SimpleNamespace(size=size, place=place))
+    after: Any = SimpleNamespace(fit=SimpleNamespace(loss=-gain), alone=False, heldout=error)
     return Step(score, after, gain, 1.0)
 
 
@@ -62,3 +62,21 @@ def test_the_best_of_all_is_asked_first(asked: list[Step]) -> None:
     assert asked == [best, other]
     assert chosen is not None
     assert chosen.gain == 3000.0
+
+
+@pytest.mark.parametrize(
+    ("size", "place", "error", "hidden"),
+    [(1, "j1", 1.0, True), (2, "j1", 1.0, False), (1, "j2", 1.0, False), (1, "j1", 1.1, False)],
+)
+def test_fewer_numbers_with_free_runs_as_good_are_asked_without_the_force(
+    asked: list[Step], monkeypatch: pytest.MonkeyPatch, size: int, place: str, error: float, hidden: bool
+) -> None:
+    """An unbalance beside a force that hides it, and a ripple of one wave per turn that let go by itself."""
+    within = afresh._let_go
+    monkeypatch.setattr(afresh, "_let_go", lambda m, c, s: s if s is ripple else within(m, c, s))
+    monkeypatch.setattr(afresh, "improves", lambda before, after: before.heldout > 1.03 * after.heldout)
+    ripple, unbalance = fitted(3000.0, size=2), fitted(600.0, size, place, error)
+    chosen, _ = afresh.unburdened(MODEL, CURRENT, ripple, (ripple, unbalance), [])
+    assert asked == ([unbalance] if hidden else [])
+    assert chosen is not None
+    assert chosen.score is (unbalance if hidden else ripple).score
