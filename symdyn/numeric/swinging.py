@@ -102,8 +102,8 @@ def advance_together(rate: Any, states: Array, control: Array, time: Array, p: A
     before, after = np.empty(hidden), np.empty(hidden)
     spent, wide = 0.0, room(hidden)
     jacobian, term, work = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
-    change, integral, ramp = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
-    halves = np.zeros((HALVES, 3, wide, wide))
+    ladder = np.zeros((HALVES + 1, 3, wide, wide))
+    integral, ramp = ladder[0, 1], ladder[0, 2]
     for k in range(count - 1):
         step = time[k + 1] - time[k]
         for i in range(first):
@@ -120,7 +120,7 @@ def advance_together(rate: Any, states: Array, control: Array, time: Array, p: A
             for i in range(hidden):
                 for j in range(hidden):
                     jacobian[i, j] = slopes[i, j]
-            transition(jacobian, hidden, step, True, change, integral, ramp, term, work, halves)
+            transition(jacobian, hidden, step, True, ladder, term, work)
         for i in range(first):
             x[i] = states[k, i]
         rate(x, control, p, before)

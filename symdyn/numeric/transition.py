@@ -63,54 +63,39 @@ def balanced_norm(a: Array, n: int) -> float:
 
 
 @compiled
-def double(change: Array, integral: Array, ramp: Array, n: int, ramped: bool, work: Array) -> None:
-    """Make them those of a step twice as long; arguments as for ``transition``."""
-    count = n * change.shape[1]
-    flat_change, flat_integral, flat_ramp, flat_work = change.ravel(), integral.ravel(), ramp.ravel(), work.ravel()
-    if ramped:
-        product(integral, integral, n, n, work)
-        for i in range(count):
-            flat_ramp[i] = 2.0 * flat_ramp[i] + flat_work[i]
-    product(change, integral, n, n, work)
-    for i in range(count):
-        flat_integral[i] = 2.0 * flat_integral[i] + flat_work[i]
-    product(change, change, n, n, work)
-    for i in range(count):
-        flat_change[i] = 2.0 * flat_change[i] + flat_work[i]
+def double(of: Array, out: Array, n: int, ramped: bool) -> None:
+    """``out`` (3, n, n) gets those of a step twice as long as that of ``of``; as ``transition`` gives them."""
+    for part in range(3 if ramped else 2):
+        product(of[1 if part == 2 else 0], of[0 if part == 0 else 1], n, n, out[part])
+        for i in range(n):
+            for j in range(out.shape[2]):
+                out[part, i, j] += 2.0 * of[part, i, j]
 
 
 @compiled
-def transition(
-    a: Array,
-    n: int,
-    step: float,
-    ramped: bool,
-    change: Array,
-    integral: Array,
-    ramp: Array,
-    term: Array,
-    work: Array,
-    halves: Array,
-) -> int:
-    """change = exp(A h) - 1, integral of exp(A t) over 0..h, ramp = the integral of that; of all, (n, n) with room.
+def transition(a: Array, n: int, step: float, ramped: bool, ladder: Array, term: Array, work: Array) -> int:
+    """exp(A h) - 1, the integral of exp(A t) over 0..h, and ramp, the integral of that, of h = ``step`` in ladder[0].
 
     A constant source c adds integral c to the state, one that grows as c t / h adds ramp c / h. By series and doubling.
-    ``ramp`` only where ``ramped``; ``term`` and ``work`` are for use here. ``halves`` (HALVES, 3, n, n) gets the same
-    three for h / 2, h / 4, ..., and what is returned is how many of them: a stiff machine's first moments.
+    ``ladder`` (HALVES + 1 or more, 3, n, n) gets the same three for h / 2, h / 4, ..., and what is returned is how many
+    of them: a stiff machine's first moments. Ramps only where ``ramped``; ``term`` and ``work`` are for use here. All
+    matrices with room.
     """
     largest = balanced_norm(a, n)
     doublings = 0
     while largest * step * 0.5**doublings > SHORT and doublings < 60:
         doublings += 1
     h = step * 0.5**doublings
+    many = min(doublings, HALVES)
+    shortest = ladder[many]
     count = n * a.shape[1]
-    flat_integral, flat_ramp = integral.ravel(), ramp.ravel()  # views
+    flat_integral, flat_ramp = shortest[1].ravel(), shortest[2].ravel()  # views
     flat_term, flat_work = term.ravel(), work.ravel()
     for i in range(count):
         flat_term[i] = flat_integral[i] = flat_ramp[i] = 0.0
     for i in range(n):
-        term[i, i] = integral[i, i] = h
-        ramp[i, i] = 0.5 * h * h
+        term[i, i] = shortest[1, i, i] = h
+        shortest[2, i, i] = 0.5 * h * h
     last, size = 1.0, largest * h
     for k in range(2, TERMS + 1):
         last *= size / k
@@ -123,26 +108,25 @@ def transition(
         if ramped:
             for i in range(count):
                 flat_ramp[i] += flat_term[i] * (h / (k + 1))
-    product(a, integral, n, n, change)
-    for left in range(doublings, 0, -1):
-        if ramped and left <= HALVES:
-            copy(change, halves[left - 1, 0])
-            copy(integral, halves[left - 1, 1])
-            copy(ramp, halves[left - 1, 2])
-        double(change, integral, ramp, n, ramped, work)
-    return min(doublings, HALVES) if ramped else 0
+    product(a, shortest[1], n, n, shortest[0])
+    for _ in range(doublings - many):  # shorter ones than there is room for
+        double(shortest, ladder[many - 1], n, ramped)
+        for part in range(3):
+            copy(ladder[many - 1, part], shortest[part])
+    for level in range(many, 0, -1):
+        double(ladder[level], ladder[level - 1], n, ramped)
+    return many
 
 
 @compiled
 def source_weights(
-    change: Array, integral: Array, ramp: Array, halves: Array, many: int, n: int, h: float, nodes: Array, rest: Array,
-    term: Array, work: Array,
-) -> None:  # fmt: skip
+    ladder: Array, many: int, n: int, h: float, nodes: Array, rest: Array, term: Array, work: Array
+) -> None:
     """What a source of the rate adds to n states over a step of ``h``: the sum of nodes[i] times the source at each of
     the moments 0, h / 2^many, ..., h / 2, h, between which it goes straight.
 
-    The others are those of ``transition``, and the first ``many`` of its ``halves``; ``nodes`` (many + 2 or more, n, n)
-    with room, ``rest``, ``term`` and ``work`` for use here.
+    ``ladder`` is that of ``transition``, or begins at a level of it; ``nodes`` (many + 2 or more, n, n) with room,
+    ``rest``, ``term`` and ``work`` for use here.
     """
     for i in range(n):
         for j in range(rest.shape[1]):
@@ -153,16 +137,16 @@ def source_weights(
         per_length = 2.0**level / h
         for i in range(n):
             for j in range(n):
-                term[i, j] = per_length * (halves[level - 1, 2, i, j] if level else ramp[i, j])
+                term[i, j] = per_length * ladder[level, 2, i, j]
         product(rest, term, n, n, work)
         for i in range(n):
             for j in range(n):
                 nodes[piece + 1, i, j] += work[i, j]
-                term[i, j] = (halves[level - 1, 1, i, j] if level else integral[i, j]) - term[i, j]
+                term[i, j] = ladder[level, 1, i, j] - term[i, j]
         product(rest, term, n, n, nodes[piece])
         if piece:
             for i in range(n):
                 for j in range(n):
-                    term[i, j] = halves[level - 1, 0, i, j] + (1.0 if i == j else 0.0)
+                    term[i, j] = ladder[level, 0, i, j] + (1.0 if i == j else 0.0)
             product(rest, term, n, n, work)
             copy(work, rest)

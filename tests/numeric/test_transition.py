@@ -20,10 +20,15 @@ def with_room(a: Array) -> Array:
 
 def step_of(a: Array, step: float, ramped: bool = True) -> tuple[Array, Array, Array]:
     n = len(a)
-    outs = [np.full((room(n), room(n)), 7.0) for _ in range(5)]
-    transition(with_room(a), n, step, ramped, *outs, np.zeros((HALVES, 3, room(n), room(n))))
-    change, integral, ramp = (out[:n, :n] for out in outs[:3])
+    ladder, _ = ladder_of(a, step, ramped)
+    change, integral, ramp = ladder[0, :, :n, :n]
     return change, integral, ramp
+
+
+def ladder_of(a: Array, step: float, ramped: bool = True) -> tuple[Array, int]:
+    n = len(a)
+    ladder, term, work = np.full((HALVES + 1, 3, room(n), room(n)), 7.0), *np.full((2, room(n), room(n)), 7.0)
+    return ladder, transition(with_room(a), n, step, ramped, ladder, term, work)
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 50.0, 2e4])
@@ -54,14 +59,14 @@ def test_halves_of_a_step_and_its_double(size: float) -> None:
     """They are what is asked for at once; a machine that is not stiff has no halves."""
     step, n = 0.1, 5
     a = size * np.random.default_rng(3).normal(size=(n, n)) - 2.0 * size * np.eye(n)
-    outs, halves = [np.zeros((room(n), room(n))) for _ in range(5)], np.zeros((HALVES, 3, room(n), room(n)))
-    many = transition(with_room(a), n, step, True, *outs, halves)
+    ladder, many = ladder_of(a, step)
     assert (many > 0) == (size > 1.0)
-    for i in range(many):
-        for half, expected in zip(halves[i], step_of(a, step / 2.0 ** (i + 1)), strict=True):
+    for i in range(many + 1):
+        for half, expected in zip(ladder[i], step_of(a, step / 2.0**i), strict=True):
             np.testing.assert_allclose(half[:n, :n], expected, rtol=1e-9, atol=1e-12)
-    double(*outs[:3], n, True, outs[4])
-    for found, expected in zip(outs[:3], step_of(a, 2.0 * step), strict=True):
+    twice = np.full_like(ladder[0], 7.0)
+    double(ladder[0], twice, n, True)
+    for found, expected in zip(twice, step_of(a, 2.0 * step), strict=True):
         np.testing.assert_allclose(found[:n, :n], expected, rtol=1e-8, atol=1e-12)
 
 
@@ -70,11 +75,10 @@ def test_what_a_source_that_goes_straight_between_moments_adds(size: float, piec
     """Against the exponential of each piece, its source and the slope of that as states of their own (Van Loan)."""
     rng, n, step = np.random.default_rng(4), 5, 0.1
     a = size * rng.normal(size=(n, n)) / n - size * np.eye(n)
-    outs, halves = [np.full((room(n), room(n)), 7.0) for _ in range(5)], np.zeros((HALVES, 3, room(n), room(n)))
-    many = transition(with_room(a), n, step, True, *outs, halves)
+    ladder, many = ladder_of(a, step)
     assert many + 1 == pieces
     nodes, use = np.full((HALVES + 2, room(n), room(n)), 7.0), [np.full((room(n), room(n)), 7.0) for _ in range(3)]
-    source_weights(*outs[:3], halves, many, n, step, nodes, *use)
+    source_weights(ladder, many, n, step, nodes, *use)
     moments = step * np.append(0.0, 0.5 ** np.arange(many, -1.0, -1.0))
     sources = rng.normal(size=(len(moments), n))
     x = np.zeros(n)
@@ -85,6 +89,17 @@ def test_what_a_source_that_goes_straight_between_moments_adds(size: float, piec
         x = (linalg.expm(wide * length) @ np.concatenate([x, begin, (end - begin) / length]))[:n]
     found = np.sum([node[:n, :n] @ source for node, source in zip(nodes, sources, strict=False)], axis=0)
     np.testing.assert_allclose(found, x, rtol=1e-7, atol=1e-9 * np.abs(x).max())
+
+
+def test_more_halves_than_there_is_room_for() -> None:
+    """A circuit that settles within a ten thousandth of a step, and drives a mass: steps as of two machines apart."""
+    fast, step = 1e7, 1e-3
+    ladder, many = ladder_of(np.array([[-fast, 0.0], [1.0, 0.0]]), step)
+    assert many == HALVES
+    change, integral, ramp = ladder[0, :, :2, :2]
+    np.testing.assert_allclose(change, [[-1.0, 0.0], [1.0 / fast, 0.0]], rtol=1e-6, atol=1e-15)
+    np.testing.assert_allclose(integral, [[1.0 / fast, 0.0], [step / fast, step]], rtol=2e-4, atol=1e-15)
+    np.testing.assert_allclose(ramp[1], [0.5 * step**2 / fast, 0.5 * step**2], rtol=2.5e-4)
 
 
 def test_a_singular_machine_drifts() -> None:

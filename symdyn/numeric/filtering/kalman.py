@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.kinks import FINEST, HASTY, KINK, PATIENCE, RUNGS, bent, reach
+from symdyn.numeric.filtering.kinks import HASTY, KINK, PATIENCE, SHORTEST, bent, reach
 from symdyn.numeric.filtering.measure import measured
 from symdyn.numeric.hybrid.compiled import compiled
 from symdyn.numeric.transition import HALVES, product, room, source_weights, transition
@@ -112,11 +112,9 @@ def run(  # type: ignore[no-untyped-def]
     by_x, by_u, control = np.zeros((n, n)), np.zeros((n, nu)), np.zeros(nu)
     there, arrived, usual, ahead, push = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nu), np.zeros(n)
     a, term, space = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
-    # of [x, u]: an input goes straight along its slope
-    change, integral, ramp = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
-    ladder, a_ladder = np.zeros((RUNGS, 3, wide, wide)), np.empty((na, na))  # of pieces of a step
-    built, h_ladder = 0 * count, -1.0  # no literal, or ``reach`` is compiled twice
-    halves, many = np.zeros((HALVES, 3, wide, wide)), 0
+    # of [x, u], as an input goes straight along its slope: for what is left of a step, for half of it, ...
+    ladder, many, rung, finer = np.zeros((2 * HALVES + 1, 3, wide, wide)), 0, 0, 0
+    change, integral = ladder[0, 0], ladder[0, 1]
     begun, between, from_there = np.zeros(n), np.zeros(n), np.zeros(nu)
     by_p, outputs_by_p = np.zeros((n, len(p))), np.zeros((len(out), len(p)))
     pushes, pushing = np.empty(len(p), dtype=np.int64), 0  # parameters that latent forces go along
@@ -170,15 +168,15 @@ def run(  # type: ignore[no-untyped-def]
                     if signals[c] < n and not np.isnan(y[k + 1, c]):
                         x[v, signals[c]] = y[k + 1, c]
             continue
-        whole, part, length = steps[k] / substeps, 0, FINEST
+        whole, step, left, length = steps[k] / substeps, 0, 1.0, 1.0  # of a step what is left, and its next piece
         for j in range(nu):
             control[j] = u[k, j]
         unchanged, kinked, pieces = True, False, 0
-        while part < substeps * FINEST:
+        while step < substeps:
             f(x[0], control, p, rate)
             f_x(x[0], control, p, by_x)
             f_u(x[0], control, p, by_u)
-            same = length == FINEST and whole == h_old
+            same = left == 1.0 and whole == h_old
             for i in range(n):
                 for j in range(na):
                     a[i, j] = by_x[i, j] if j < n else by_u[i, j - n]
@@ -187,42 +185,35 @@ def run(  # type: ignore[no-untyped-def]
                 push[i] = 0.0
                 for j in range(nl):
                     push[i] += force[i, j] * w[0, j]
-            left = FINEST - part % FINEST
-            if left == FINEST:  # a kink on the way (friction turns, a flank touches) shows in the rate at the end
-                length, pieces = FINEST, 0
+            if left == 1.0:  # a kink on the way (friction turns, a flank touches) shows in the rate at the end
+                length, pieces, rung = 1.0, 0, 0
                 for i in range(n):
                     usual[i] += (abs(rate[i]) - usual[i]) / min(k + 1.0, MEMORY)
                 if not same:
-                    many = transition(a, na, whole, q > 0, change, integral, ramp, term, space, halves)
+                    many = transition(a, na, whole, q > 0, ladder, term, space)
+                finer = many
                 if bent(
-                    f, f_x, x[0], control, slope_u[k], p, rate, push, a, integral, whole, KINK, 0.0, usual,
+                    f, f_x, x[0], control, slope_u[k], p, rate, push, a, ladder[0, 1], whole, KINK, 0.0, usual,
                     there, ahead, arrived, by_x,
                 ):  # fmt: skip
-                    length, kinked = 0, True
+                    length, kinked = 0.0, True
                     for i in range(n):
                         straight[i] = there[i]
-            if length != FINEST:
-                same, many = False, 0
-                if whole != h_ladder:
-                    built = 0
-                for i in range(n):
-                    for j in range(na):
-                        if not abs(a[i, j] - a_ladder[i, j]) <= ALIKE * abs(a_ladder[i, j]):
-                            built = 0
-                if built == 0:
-                    h_ladder = whole
-                    for i in range(na):
-                        for j in range(na):
-                            a_ladder[i, j] = a[i, j]
-                length, built = reach(
-                    f, f_x, x[0], control, slope_u[k], p, rate, push, a, na, whole, left, q > 0, ladder, built,
-                    change, integral, ramp, usual, there, ahead, arrived, by_x, term, space, halves,
-                    HASTY if pieces >= PATIENCE else 0,
+            if length != 1.0:
+                same, finer = False, 0
+                length, rung = reach(
+                    f, f_x, x[0], control, slope_u[k], p, rate, push, a, na, whole, left,
+                    HASTY if pieces >= PATIENCE else SHORTEST, q > 0, ladder, many if pieces == 0 else -1, usual,
+                    there, ahead, arrived, by_x, term, space,
                 )  # fmt: skip
                 pieces += 1
-            part += length
+            change, integral = ladder[rung, 0], ladder[rung, 1]
+            left -= length
+            ends = left == 0.0
+            if ends:
+                step, left = step + 1, 1.0
             taken += 1
-            h = whole * (length / FINEST)
+            h = whole * length
             if not same:
                 unchanged, h_old = False, h
                 for i in range(na):
@@ -284,23 +275,23 @@ def run(  # type: ignore[no-untyped-def]
                 control[j] += h * slope_u[k, j]
             if q:
                 if not same:
-                    source_weights(change, integral, ramp, halves, many, n, h, nodes, rest, term, space)
+                    source_weights(ladder[rung:], finer, n, h, nodes, rest, term, space)
                 product(phi, dz, n, nz, moved)
                 for i in range(n):
                     for j in range(q):
                         dz[i, j] = moved[i, j]
                 # what a parameter adds to the rate goes straight between all h / 2^i: what is stiff settles early
-                for node in range(many + 2):
-                    if node == many + 1:
+                for node in range(finer + 2):
+                    if node == finer + 1:
                         f_p(x[0], control, p, by_p)
                     elif node:
-                        part_way = 0.5 ** (many + 1 - node)
+                        part_way = 0.5 ** (finer + 1 - node)
                         for i in range(n):
                             between[i] = begun[i]
                             for j in range(n):
-                                between[i] += halves[many - node, 1, i, j] * rate[j]
+                                between[i] += ladder[rung + finer - node + 1, 1, i, j] * rate[j]
                             for j in range(nu):
-                                between[i] += halves[many - node, 1, i, n + j] * slope_u[k, j]
+                                between[i] += ladder[rung + finer - node + 1, 1, i, n + j] * slope_u[k, j]
                         for j in range(nu):
                             ahead[j] = from_there[j] + part_way * h * slope_u[k, j]
                         f_p(between, ahead, p, by_p)
@@ -330,7 +321,7 @@ def run(  # type: ignore[no-untyped-def]
                         cov[i, j] = cov[j, i]
                 for j in range(nl):
                     cov[n + j, n + j] += power[v, j] * (1.0 - kept[v, j] * kept[v, j])
-            if kinked and part % FINEST == 0:
+            if kinked and ends:
                 kinked = False
                 for i in range(n):
                     straight[i] = x[0, i] - straight[i]

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid.compiled import compiled
-from symdyn.numeric.hybrid.loops import copy
 from symdyn.numeric.transition import double, transition
 
 Array = NDArray[np.float64]
@@ -16,9 +15,11 @@ Rate = Callable[[Array, Array, Array, Array], None]
 
 KINK = 0.005  # of a usual rate: what the slope at the start of a step does not foretell of its end
 FINE = 8  # pieces of a step with a kink in it may each be off by this part of what a step may
-FINEST = 1024  # pieces of a step, at most
-RUNGS = 11  # lengths of pieces: 1, 2, 4, ..., FINEST
-PATIENCE, HASTY = 64, 4  # pieces of one step, after which none is shorter than 2**HASTY: what chatters is not followed
+FIRST, SHORTEST = 2.0**-6, 2.0**-10  # of a step: pieces that are tried first; and those that may be
+PATIENCE, HASTY = (
+    64,
+    2.0**-6,
+)  # pieces of one step, after which none is shorter than that: what chatters is not followed
 
 
 @compiled
@@ -84,55 +85,49 @@ def stiffen(a: Array, x: Array, there: Array, rate: Array, arrived: Array, u_the
 @compiled
 def reach(
     f: Rate, f_x: Rate, x: Array, u: Array, slope_u: Array, p: Array, rate: Array, push: Array, a: Array, na: int,
-    whole: float, left: int, ramped: bool, ladder: Array, built: int, change: Array, integral: Array, ramp: Array,
-    usual: Array, there: Array, ahead: Array, arrived: Array, by_x: Array, term: Array, space: Array, halves: Array,
-    first: int,
-) -> tuple[int, int]:  # fmt: skip
-    """How many parts of ``whole`` / FINEST the machine goes straight on from here: 1, 2, 4, ..., or all ``left``.
+    whole: float, left: float, shortest: float, ramped: bool, ladder: Array, many: int, usual: Array, there: Array,
+    ahead: Array, arrived: Array, by_x: Array, term: Array, space: Array,
+) -> tuple[float, int]:  # fmt: skip
+    """Which part of a step of ``whole`` the machine goes straight on from here, and the rung of ``ladder`` with that.
 
-    No fewer than 2**``first``, unless fewer are left.
+    Parts are what is ``left`` (1 at the start), or a half of it, a quarter, ...; none is shorter than ``shortest``,
+    unless that is all that is left. A longer one is tried after a shorter one: its end alone does not tell what a
+    machine did on the way. The shorter a piece, the more its rate may be off: what it does to the state counts.
 
-    ``change``, ``integral`` and ``ramp`` get what ``transition`` gives for that far. The shorter a piece, the more its
-    rate may be off: what it does to the state counts. ``ladder`` (RUNGS, 3, n, n) holds those of all lengths, the first
-    ``built`` of them for this ``a``; how many are there afterwards is returned, too. Where even the shortest piece has
-    a kink in it, ``a`` changes (``stiffen``).
+    ``ladder`` is that of ``transition`` for ``left``, with ``many`` halves; or -1, where ``a`` is new. Where even the
+    shortest piece has a kink in it, ``a`` changes (``stiffen``).
     """
-    if built == 0:
-        transition(a, na, whole / FINEST, ramped, ladder[0, 0], ladder[0, 1], ladder[0, 2], term, space, halves)
-        built = 1
-    limit, length, rung = KINK * (FINEST / FINE), 1, 0
-    while 2 * length <= left:
-        if rung + 1 == built:
-            for i in range(3):
-                copy(ladder[rung, i], ladder[built, i])
-            double(ladder[built, 0], ladder[built, 1], ladder[built, 2], na, ramped, space)
-            built += 1
-        if rung < first:
-            length, rung = 2 * length, rung + 1
-            continue
-        h, after = whole * (2 * length / FINEST), ladder[rung + 1, 1]
-        if bent(
-            f, f_x, x, u, slope_u, p, rate, push, a, after, h, limit / (2 * length), 1.0, usual,
+    rung, limit = 0, KINK / FINE
+    while left * 0.5**rung > max(FIRST, shortest):
+        rung += 1
+    built = rung <= many
+    part = left * 0.5**rung
+    while True:
+        if not built:
+            transition(a, na, whole * part, ramped, ladder[rung:], term, space)
+        if not bent(
+            f, f_x, x, u, slope_u, p, rate, push, a, ladder[rung, 1], whole * part, limit / part, 1.0, usual,
             there, ahead, arrived, by_x,
         ):  # fmt: skip
             break
-        length, rung = 2 * length, rung + 1
-    if length < left < 2 * length:
-        h = whole * (left / FINEST)
-        transition(a, na, h, ramped, change, integral, ramp, term, space, halves)
-        if not bent(
-            f, f_x, x, u, slope_u, p, rate, push, a, integral, h, limit / left, 1.0, usual,
-            there, ahead, arrived, by_x,
+        if 0.5 * part < shortest:
+            if bent(
+                f, f_x, x, u, slope_u, p, rate, push, a, ladder[rung, 1], whole * part, KINK, 1.0, usual,
+                there, ahead, arrived, by_x,
+            ):  # fmt: skip
+                stiffen(a, x, there, rate, arrived, ahead, u)
+                transition(a, na, whole * part, ramped, ladder[rung:], term, space)
+            return part, rung
+        built = False
+        while 0.5 * part >= shortest:
+            part, rung = 0.5 * part, rung + 1
+    while rung > 0:
+        if not built:
+            double(ladder[rung], ladder[rung - 1], na, ramped)
+        if bent(
+            f, f_x, x, u, slope_u, p, rate, push, a, ladder[rung - 1, 1], whole * 2.0 * part, limit / (2.0 * part), 1.0,
+            usual, there, ahead, arrived, by_x,
         ):  # fmt: skip
-            return left, built
-    if rung <= first:
-        h, after = whole * (length / FINEST), ladder[rung, 1]
-        if bent(f, f_x, x, u, slope_u, p, rate, push, a, after, h, KINK, 1.0, usual, there, ahead, arrived, by_x):
-            stiffen(a, x, there, rate, arrived, ahead, u)
-            own = ladder[rung]
-            transition(a, na, h, ramped, own[0], own[1], own[2], term, space, halves)
-            built = 0
-    copy(ladder[rung, 0], change)
-    copy(ladder[rung, 1], integral)
-    copy(ladder[rung, 2], ramp)
-    return length, built
+            break
+        part, rung = 2.0 * part, rung - 1
+    return part, rung

@@ -132,12 +132,15 @@ def test_steps_across_a_kink_are_those_of_many_short_ones(kernel: Kernel) -> Non
 
 
 def test_a_kink_widens_what_comes_after_it_however_many_parts_a_step_has(kernel: Kernel) -> None:
-    """Only the part with the kink in it does."""
+    """Only the part with the kink in it does. In every part, all variances would be 0.5 % larger; of one sample, at the
+    start, they are off by up to 4 % however that is cut."""
     s, quiet, p = made(kernel), noise(kernel, 0), kernel.values
     shown = FilterBench(kernel, s, quiet).simulated(p, np.zeros(len(kernel.states)), 0, COUNT)
     s = replace(s, y=shown)  # nothing surprises
-    once, often = (FilterBench(kernel, s, quiet, substeps=parts).filtered(p) for parts in (1, 4))
-    np.testing.assert_allclose(once.variances, often.variances, rtol=0.03)
+    once, often = (FilterBench(kernel, s, quiet, substeps=parts).filtered(p) for parts in (1, 16))
+    off = np.abs(once.variances / often.variances - 1.0)
+    assert off.mean() < 1e-3
+    assert off.max() < 0.05
 
 
 def test_the_size_of_all_forces_is_that_believed_and_moves_nothing(kernel: Kernel) -> None:

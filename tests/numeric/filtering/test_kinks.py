@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from symdyn.numeric.filtering.kinks import FINEST, HASTY, RUNGS, reach
+from symdyn.numeric.filtering.kinks import FIRST, HASTY, SHORTEST, reach
 from symdyn.numeric.transition import HALVES
 
 STEP, WIDE = 1e-3, 8
@@ -23,7 +23,7 @@ def slope(x: np.ndarray, u: np.ndarray, p: np.ndarray, out: np.ndarray) -> None:
     out[0, 0] = -FORCE / WIDTH / np.cosh(x[0] / WIDTH) ** 2
 
 
-def reached(speed: float, left: int, first: int) -> tuple[int, float, float]:
+def reached(speed: float, left: float, shortest: float) -> tuple[float, float, float]:
     """How far from there, by how much a speed changes on the way (less 1), and the slope that this was made with."""
     x, u, p = np.array([speed]), np.array([10.0]), np.zeros(1)
     here, by_x = np.zeros(1), np.zeros((1, 1))
@@ -31,28 +31,39 @@ def reached(speed: float, left: int, first: int) -> tuple[int, float, float]:
     a = np.zeros((WIDE, WIDE))
     slope(x, u, p, by_x)
     a[0, 0], a[0, 1] = by_x[0, 0], 1.0
-    ladder, halves = np.zeros((RUNGS, 3, WIDE, WIDE)), np.zeros((HALVES, 3, WIDE, WIDE))
-    change, integral, ramp, term, space = (np.zeros((WIDE, WIDE)) for _ in range(5))
-    length, _ = reach(
-        rate, slope, x, u, np.zeros(1), p, here, np.zeros(1), a, 2, STEP, left, False, ladder, 0, change, integral,
-        ramp, np.array([FORCE]), np.zeros(1), np.zeros(1), np.zeros(1), by_x, term, space, halves, first,
+    ladder, term, space = np.zeros((2 * HALVES + 1, 3, WIDE, WIDE)), *np.zeros((2, WIDE, WIDE))
+    part, rung = reach(
+        rate, slope, x, u, np.zeros(1), p, here, np.zeros(1), a, 2, STEP, left, shortest, False, ladder, -1,
+        np.array([FORCE]), np.zeros(1), np.zeros(1), np.zeros(1), by_x, term, space,
     )  # fmt: skip
-    return length, float(change[0, 0]), float(a[0, 0])
+    assert part == left * 0.5**rung
+    return part, float(ladder[rung, 0, 0, 0]), float(a[0, 0])
 
 
-@pytest.mark.parametrize("first", [0, HASTY])
-def test_far_from_the_kink_a_step_goes_on_whole(first: int) -> None:
-    assert reached(1e5, FINEST, first)[0] == FINEST
+@pytest.mark.parametrize("shortest", [SHORTEST, HASTY])
+def test_far_from_the_kink_a_step_goes_on_whole(shortest: float) -> None:
+    assert reached(1e5, 1.0, shortest)[0] == 1.0
 
 
 def test_across_the_kink_pieces_are_short_unless_there_were_many() -> None:
     """Just above where friction turns: the next microsecond throws the body across."""
-    assert reached(0.5, FINEST, 0)[0] == 1
-    length, change, made_with = reached(0.5, FINEST, HASTY)
-    assert length == 2**HASTY
+    assert reached(0.5, 1.0, SHORTEST)[0] == SHORTEST
+    part, change, made_with = reached(0.5, 1.0, HASTY)
+    assert part == HASTY
     assert made_with < 0.0  # the secant holds it there
-    assert change == pytest.approx(np.expm1(made_with * STEP * length / FINEST), rel=1e-9)
+    assert change == pytest.approx(np.expm1(made_with * STEP * part), rel=1e-9)
+
+
+@pytest.mark.parametrize("pieces", [5.0, 60.0])
+def test_before_the_kink_pieces_are_as_long_as_the_way_there(pieces: float) -> None:
+    """A body that friction brings to rest after that many of the shortest pieces, of which 16 are tried first."""
+    part, change, _ = reached(FORCE * STEP * SHORTEST * pieces, 1.0, SHORTEST)
+    assert 0.25 * pieces < part / SHORTEST < 2.0 * pieces
+    assert change == 0.0
+    assert (part < FIRST) == (pieces < 16.0)
 
 
 def test_no_piece_is_longer_than_what_is_left() -> None:
-    assert reached(0.5, 5, HASTY)[0] <= 5
+    left = 5.0 * SHORTEST
+    assert reached(0.5, left, HASTY)[0] == left
+    assert reached(0.5, left, SHORTEST)[0] == 1.25 * SHORTEST
