@@ -190,8 +190,7 @@ def run(  # type: ignore[no-untyped-def]
                 for i in range(n):
                     usual[i] += (abs(rate[i]) - usual[i]) / min(k + 1.0, MEMORY)
                 if not same:
-                    many = transition(a, na, whole, q > 0, ladder, term, space)
-                finer = many
+                    finer = many = transition(a, na, whole, q > 0, ladder, term, space)
                 if bent(
                     f, f_x, x[0], control, slope_u[k], p, rate, push, a, ladder[0, 1], whole, KINK, 0.0, usual,
                     there, ahead, arrived, by_x,
