@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.kinks import HASTY, KINK, PATIENCE, SHORTEST, bent, reach
+from symdyn.numeric.filtering.kinks import HASTY, KINK, PATIENCE, RUNGS, SHORTEST, bent, reach
 from symdyn.numeric.filtering.measure import measured
 from symdyn.numeric.hybrid.compiled import compiled
 from symdyn.numeric.transition import HALVES, product, room, source_weights, transition
@@ -113,8 +113,7 @@ def run(  # type: ignore[no-untyped-def]
     there, arrived, usual, ahead, push = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(nu), np.zeros(n)
     a, term, space = np.zeros((wide, wide)), np.zeros((wide, wide)), np.zeros((wide, wide))
     # of [x, u], as an input goes straight along its slope: for what is left of a step, for half of it, ...
-    ladder, many, rung, finer = np.zeros((2 * HALVES + 1, 3, wide, wide)), 0, 0, 0
-    change, integral = ladder[0, 0], ladder[0, 1]
+    ladder, many, rung, finer = np.zeros((RUNGS, 3, wide, wide)), 0, 0, 0
     begun, between, from_there = np.zeros(n), np.zeros(n), np.zeros(nu)
     by_p, outputs_by_p = np.zeros((n, len(p))), np.zeros((len(out), len(p)))
     pushes, pushing = np.empty(len(p), dtype=np.int64), 0  # parameters that latent forces go along

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.hybrid.compiled import compiled
-from symdyn.numeric.transition import double, transition
+from symdyn.numeric.transition import HALVES, double, transition
 
 Array = NDArray[np.float64]
 Rate = Callable[[Array, Array, Array, Array], None]
@@ -16,6 +17,7 @@ Rate = Callable[[Array, Array, Array, Array], None]
 KINK = 0.005  # of a usual rate: what the slope at the start of a step does not foretell of its end
 FINE = 8  # pieces of a step with a kink in it may each be off by this part of what a step may
 FIRST, SHORTEST = 2.0**-6, 2.0**-10  # of a step: pieces that are tried first; and those that may be
+RUNGS = 1 - round(math.log2(SHORTEST)) + HALVES  # of a ladder: a step, its halves to the shortest piece, and of that
 PATIENCE, HASTY = (
     64,
     2.0**-6,
@@ -94,8 +96,8 @@ def reach(
     unless that is all that is left. A longer one is tried after a shorter one: its end alone does not tell what a
     machine did on the way. The shorter a piece, the more its rate may be off: what it does to the state counts.
 
-    ``ladder`` is that of ``transition`` for ``left``, with ``many`` halves; or -1, where ``a`` is new. Where even the
-    shortest piece has a kink in it, ``a`` changes (``stiffen``).
+    ``ladder`` (RUNGS, 3, n, n) is that of ``transition`` for ``left``, with ``many`` halves; or -1, where ``a`` is new.
+    Where even the shortest piece has a kink in it, ``a`` changes (``stiffen``).
     """
     rung, limit = 0, KINK / FINE
     while left * 0.5**rung > max(FIRST, shortest):

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from symdyn.numeric.filtering.kinks import FIRST, HASTY, SHORTEST, reach
-from symdyn.numeric.transition import HALVES
+from symdyn.numeric.filtering.kinks import FIRST, HASTY, RUNGS, SHORTEST, reach
 
 STEP, WIDE = 1e-3, 8
 FORCE, WIDTH = 1e6, 1e-3  # acceleration by friction, and the speed within which it turns
@@ -31,7 +30,7 @@ def reached(speed: float, left: float, shortest: float) -> tuple[float, float, f
     a = np.zeros((WIDE, WIDE))
     slope(x, u, p, by_x)
     a[0, 0], a[0, 1] = by_x[0, 0], 1.0
-    ladder, term, space = np.zeros((2 * HALVES + 1, 3, WIDE, WIDE)), *np.zeros((2, WIDE, WIDE))
+    ladder, term, space = np.zeros((RUNGS, 3, WIDE, WIDE)), *np.zeros((2, WIDE, WIDE))
     part, rung = reach(
         rate, slope, x, u, np.zeros(1), p, here, np.zeros(1), a, 2, STEP, left, shortest, False, ladder, -1,
         np.array([FORCE]), np.zeros(1), np.zeros(1), np.zeros(1), by_x, term, space,
