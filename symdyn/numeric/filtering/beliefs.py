@@ -15,7 +15,8 @@ Array = NDArray[np.float64]
 class Belief:
     """What is known of a parameter beforehand: bounds, and a normal prior (``spread`` inf: none).
 
-    Of a ``positive`` one all of it, but for the bounds, is meant of its logarithm.
+    Of a ``positive`` one all of it, but for the bounds, is meant of its logarithm. It may be ``like`` another positive
+    one that is believed in: ``apart`` is the spread of the logarithm of their ratio.
     """
 
     lower: float = -np.inf
@@ -23,6 +24,8 @@ class Belief:
     centre: float = 0.0
     spread: float = np.inf
     positive: bool = False
+    like: str = ""
+    apart: float = np.inf
 
     def coordinate(self, value: float) -> float:
         return float(np.log(value)) if self.positive else value
@@ -41,4 +44,45 @@ def untold(start: float) -> Belief:
 
 def penalty(p: Array, index: Mapping[str, int], beliefs: Beliefs) -> float:
     """What a prior adds to -log L."""
-    return sum(0.5 * ((b.coordinate(p[index[n]]) - b.centre) / b.spread) ** 2 for n, b in beliefs.items())
+    x = coordinates(p, index, beliefs)
+    away = x - _centres(beliefs)
+    alone = sum(0.5 * (off / b.spread) ** 2 for off, b in zip(away, beliefs.values(), strict=True))
+    return float(alone + sum(0.5 * ((x[i] - x[j]) / apart) ** 2 for i, j, apart in _pairs(beliefs)))
+
+
+def pull(p: Array, index: Mapping[str, int], beliefs: Beliefs) -> Array:
+    """(k,) how the penalty falls with each coordinate."""
+    x = coordinates(p, index, beliefs)
+    found = (_centres(beliefs) - x) / _spreads(beliefs) ** 2
+    for i, j, apart in _pairs(beliefs):
+        found[i] += (x[j] - x[i]) / apart**2
+        found[j] += (x[i] - x[j]) / apart**2
+    return np.asarray(found)
+
+
+def precision(beliefs: Beliefs) -> Array:
+    """(k, k) curvature of the penalty."""
+    found = np.diag(_spreads(beliefs) ** -2.0)
+    for i, j, apart in _pairs(beliefs):
+        found[[i, j], [i, j]] += apart**-2.0
+        found[[i, j], [j, i]] -= apart**-2.0
+    return found
+
+
+def coordinates(p: Array, index: Mapping[str, int], beliefs: Beliefs) -> Array:
+    """(k,) where parameters stand, as they are believed in."""
+    return np.array([b.coordinate(p[index[name]]) for name, b in beliefs.items()])
+
+
+def _centres(beliefs: Beliefs) -> Array:
+    return np.array([b.centre for b in beliefs.values()])
+
+
+def _spreads(beliefs: Beliefs) -> Array:
+    return np.array([b.spread for b in beliefs.values()])
+
+
+def _pairs(beliefs: Beliefs) -> list[tuple[int, int, float]]:
+    """Of those that are like one another; what a fit does not move is like nothing."""
+    at = {name: i for i, name in enumerate(beliefs)}
+    return [(at[name], at[b.like], b.apart) for name, b in beliefs.items() if b.like in at]

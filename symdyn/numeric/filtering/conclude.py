@@ -182,6 +182,13 @@ def _moved(model: Model, of: MLFit) -> list[str]:
             told.append(
                 f"{name} went from {math.exp(belief.centre):.3g} to {value:.3g}: it may be absorbing missing structure"
             )
+        if belief.like in model.beliefs:
+            other = float(of.p[of.bench.index[belief.like]])
+            if abs(math.log(value / other)) > 3.0 * belief.apart:
+                told.append(
+                    f"{name} is {value / other:.3g} times {belief.like}, and of one motor both are the same in SI: "
+                    "one is for other currents or voltages than those recorded, or it absorbs missing structure"
+                )
     return told
 
 

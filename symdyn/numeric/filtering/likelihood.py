@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.beliefs import Beliefs, penalty
+from symdyn.numeric.filtering.beliefs import Beliefs, penalty, precision
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.noise_step import noise_step
 from symdyn.numeric.filtering.parameter_step import At, columns, parameter_step
@@ -125,14 +125,15 @@ def _covariance(bench: FilterBench, p: Array, beliefs: Beliefs) -> Array:
     flat = columns(done, p, where, known)
     if not np.all(np.isfinite(flat)):
         return np.full((len(known), len(known)), np.inf)
-    precision = flat.T @ flat + np.diag([b.spread**-2 for b in known])
-    scale = np.sqrt(np.diag(precision))
+    believed = precision(beliefs)
+    curvature = flat.T @ flat + believed
+    scale = np.sqrt(np.diag(curvature))
     scale = np.where(scale > 0, scale, 1.0)
-    inverse = np.linalg.pinv(precision / np.outer(scale, scale), rcond=1e-15, hermitian=True) / np.outer(scale, scale)
+    inverse = np.linalg.pinv(curvature / np.outer(scale, scale), rcond=1e-15, hermitian=True) / np.outer(scale, scale)
     samples = flat.reshape(*done.innovations.shape, len(known))
     slopes = np.einsum("kmq,km->kq", samples, done.white) / scale
     middle = long_run_covariance(slopes) * len(slopes) * np.outer(scale, scale)
-    middle += np.diag([b.spread**-2 for b in known])
+    middle += believed
     factor = np.array([p[i] if b.positive else 1.0 for i, b in zip(where, known, strict=True)])
     robust = inverse @ middle @ inverse
     larger = np.sqrt(np.maximum(1.0, np.diag(inverse) / np.maximum(np.diag(robust), 1e-300)))

@@ -22,11 +22,12 @@ from symdyn.numeric.gearing import joint_of, number
 from symdyn.numeric.recording import Recording
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.places import places
-from symdyn.spec.records import PlaceKind, Robot
+from symdyn.spec.records import Monomial, PlaceKind, Robot
 
 Array = NDArray[np.float64]
 
 PRIOR = 0.4  # standard deviation of the logarithm of a given parameter: a data sheet's word, "off by up to 30 %"
+RECIPROCAL = 0.05  # of that of K_T / K_E: iron losses and the armature's own field take a few per cent of the torque
 SHARPNESS = 5e-5  # width over which friction turns, as part of the usual speed
 FIRST_NOISE = 1e-2  # of each channel's deviation: a start, fitted then
 FIRST_INPUT = 1e-3  # of each input's deviation, likewise
@@ -183,7 +184,26 @@ def _beliefs(robot: Robot, kernel: Kernel) -> dict[str, Belief]:
         else:
             spread = PRIOR * abs(value) if value else math.inf
             found[name] = Belief(lower, upper, value, spread)
+    for torque, emf in one_magnet(robot):
+        if torque in found and emf in found and found[torque].positive and found[emf].positive:
+            found[torque] = replace(found[torque], like=emf, apart=RECIPROCAL)
     return found
+
+
+def one_magnet(robot: Robot) -> tuple[tuple[str, str], ...]:
+    """Pairs of parameters that are one constant in SI units: torque per current, and back-EMF per speed.
+
+    The power that a motor takes from its circuit, K_E omega I, is what it gives to its rotor, K_T I omega. Where no
+    force was measured nothing else tells how large they all are.
+    """
+    motors = [joint.drive.motor for joint in robot.joints if joint.drive and joint.drive.motor]
+    pairs = [(_name(m.torque_constant), _name(m.back_emf_constant)) for m in motors]
+    return tuple(dict.fromkeys((torque, emf) for torque, emf in pairs if torque and emf and torque != emf))
+
+
+def _name(value: Monomial) -> str:
+    """Of a number that is a parameter and nothing else."""
+    return value.factors[0][0] if value.coefficient == 1 and [k for _, k in value.factors] == [1] else ""
 
 
 def carried(model: Model, p: Array, fitted: FilterBench) -> tuple[Array, FilterBench]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.decomposition import least_squares
-from symdyn.numeric.filtering.beliefs import Belief, Beliefs, penalty
+from symdyn.numeric.filtering.beliefs import Belief, Beliefs, coordinates, penalty, precision, pull
 from symdyn.numeric.filtering.bench import TOO_LITTLE, FilterBench, Pass
 
 Array = NDArray[np.float64]
@@ -49,14 +49,12 @@ def _lower(bench: FilterBench, at: At, beliefs: Beliefs, columns: Array, slope: 
     p, damping = at.p, at.damping
     where = [bench.index[name] for name in beliefs]
     known = tuple(beliefs.values())
-    here = np.array([b.coordinate(p[i]) for i, b in zip(where, known, strict=True)])
+    here = coordinates(p, bench.index, beliefs)
     positive = np.array([b.positive for b in known], dtype=bool)
     length = np.linalg.norm(columns, axis=0)
     scale = np.where(positive, 1.0, 1.0 / np.where(length > 0, length, 1.0))
-    precision = np.array([b.spread**-2 for b in known])
-    wish = precision * (np.array([b.centre for b in known]) - here)
-    normal = (columns.T @ columns + np.diag(precision)) * np.outer(scale, scale)
-    slope = (slope + wish) * scale
+    normal = (columns.T @ columns + precision(beliefs)) * np.outer(scale, scale)
+    slope = (slope + pull(p, bench.index, beliefs)) * scale
     lower = np.array([-np.inf if b.positive else b.lower for b in known])
     upper = np.array([np.inf if b.positive else b.upper for b in known])
     growth = 10.0

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.beliefs import Beliefs, penalty
+from symdyn.numeric.filtering.beliefs import Beliefs, penalty, precision, pull
 from symdyn.numeric.filtering.bench import FilterBench
 
 Array = NDArray[np.float64]
@@ -23,15 +23,13 @@ def as_believed(bench: FilterBench, p: Array, loss: float, beliefs: Beliefs) -> 
     """
     heavy = np.array([of_force(unit) for unit in bench.kernel.parameter_units], dtype=bool)
     forces = [int(i) for i in np.flatnonzero(heavy & (p[: len(heavy)] != 0.0))]
-    free = {bench.index[name]: belief for name, belief in beliefs.items()}
-    if any(i not in free for i in forces):
+    free = {bench.index[name] for name in beliefs}
+    if not free.issuperset(forces):
         return bench, p, loss
-    slope, curvature = 0.0, 0.0
-    for i in forces:
-        belief = free[i]
-        change = 1.0 if belief.positive else p[i]
-        slope += change * (belief.centre - belief.coordinate(p[i])) / belief.spread**2
-        curvature += (change / belief.spread) ** 2
+    at = [(bench.index[name], belief) for name, belief in beliefs.items()]
+    change = np.array([(1.0 if belief.positive else p[i]) if i in forces else 0.0 for i, belief in at])
+    slope = float(change @ pull(p, bench.index, beliefs))
+    curvature = float(change @ precision(beliefs) @ change)
     if not slope**2 > 2.0 * WORTH * curvature:
         return bench, p, loss
     factor = float(np.exp(slope / curvature))
