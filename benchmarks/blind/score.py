@@ -67,8 +67,10 @@ def score(
     open_ = [f for f in findings if not any(f is other for other in used)]
     structured = bool(answer.get("remaining", {}).get("structured")) or verdict == OPEN
     effects = tuple(
-        _right(plant, match) if match is not None else _wrong(plant, open_, answer, structured)
-        for plant, match in zip(planted, matched, strict=True)
+        _right(plant, match, _beside(i, planted, matched))
+        if match is not None
+        else _wrong(plant, open_, answer, structured)
+        for i, (plant, match) in enumerate(zip(planted, matched, strict=True))
     )
     wrong = sum(match is None and not plant["blemish"] for plant, match in zip(planted, matched, strict=True))
     before, after = (_over(answer.get("fit", {}).get(when, {}).get("heldout"), oracle) for when in ("before", "after"))
@@ -109,6 +111,14 @@ def _match(plant: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> d
     return best
 
 
+def _told(plant: Mapping[str, Any], finding: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Its numbers: those at the place where the effect was planted, where it tells them apart from its own."""
+    own: Mapping[str, Any] = finding.get("parameters", {})
+    right = (plant["place"], *plant["also_at"])
+    elsewhere = finding.get("elsewhere", {})
+    return own if finding["place"] in right else next((elsewhere[at] for at in right if at in elsewhere), own)
+
+
 def _tells(finding: Mapping[str, Any], values: Mapping[str, float]) -> bool:
     told = finding.get("parameters", {})
     return all(part in told for name in values for part in name.split("*"))
@@ -120,14 +130,37 @@ def _headline(plant: Mapping[str, Any]) -> str:
     return list(plant["forms"][0])[-1] if plant["forms"] else OPEN
 
 
-def _right(plant: Mapping[str, Any], match: Mapping[str, Mapping[str, Any]]) -> Effect:
-    form = next(form for form in plant["forms"] if set(form) == set(match))
+def _beside(
+    i: int, planted: Sequence[Mapping[str, Any]], matched: Sequence[Mapping[str, Mapping[str, Any]] | None]
+) -> dict[tuple[str, str], float]:
+    """By effect and parameter, what the other plants add to it at this one's place: one law there is all of them."""
+    mine, found = matched[i] or {}, {}
+    for j, (plant, match) in enumerate(zip(planted, matched, strict=True)):
+        if j == i or match is None or plant["place"] != planted[i]["place"]:
+            continue
+        for effect, values in _form(plant, match).items():
+            if match[effect] is mine.get(effect) and len(values) == 1:
+                for name, value in values.items():
+                    found[effect, name] = found.get((effect, name), 0.0) + value
+    return found
+
+
+def _form(plant: Mapping[str, Any], match: Mapping[str, Any]) -> Mapping[str, Mapping[str, float]]:
+    """The right answer that the findings make up."""
+    form: Mapping[str, Mapping[str, float]] = next(form for form in plant["forms"] if set(form) == set(match))
+    return form
+
+
+def _right(
+    plant: Mapping[str, Any], match: Mapping[str, Mapping[str, Any]], beside: Mapping[tuple[str, str], float]
+) -> Effect:
+    form = _form(plant, match)
     errors, covered = {}, {}
     for effect, finding in match.items():
-        true = form[effect]
+        true = {name: value + beside.get((effect, name), 0.0) for name, value in form[effect].items()}
         if plant["scored"] is not None and form is plant["forms"][0]:
             true = plant["scored"]
-        told = finding.get("parameters", {})
+        told = _told(plant, finding)
         size = _sizes(true)
         for name, value in true.items():
             parts = [told.get(part) for part in name.split("*")]

@@ -18,6 +18,7 @@ from symdyn.faces.words import (
     located_words,
     nats,
     noise_words,
+    parameter_lines,
     percent,
     quantity_text,
     verdict_sentence,
@@ -157,7 +158,7 @@ def show(result: Diagnosis) -> None:
             (
                 f.place,
                 f.title,
-                "\n".join(f"{name} = {quantity_text(e)}" for name, e in f.parameters.items()),
+                "\n".join(parameter_lines(f)),
                 percent(f.heldout_after),
             )
             for f in result.findings

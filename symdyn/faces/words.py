@@ -96,6 +96,20 @@ def located_words(located: Located) -> str:
     return f"{located.place}{group}: follows {', '.join(located.when)}" if located.when else f"{located.place}{group}"
 
 
+def parameter_lines(finding: Finding) -> list[str]:
+    """``level = 2.1 ± 0.1 N m``, one line each; then those at other places where they are other numbers."""
+    lines = [f"{name} = {quantity_text(e)}" for name, e in finding.parameters.items()]
+    for place, values in told_elsewhere(finding).items():
+        lines += [f"at {place}:", *(f"  {name} = {quantity_text(e)}" for name, e in values.items())]
+    return lines
+
+
+def told_elsewhere(finding: Finding) -> Mapping[str, Mapping[str, Estimate]]:
+    """What the finding's numbers are at other places of its group, where they are not the same."""
+    own = finding.parameters
+    return {place: values for place, values in finding.elsewhere.items() if values != own}
+
+
 def nats(evidence: float) -> str:
     """Evidence to three digits: ``227``, ``11.3``."""
     return f"{evidence:.0f}" if abs(evidence) >= 99.95 else f"{evidence:.3g}"

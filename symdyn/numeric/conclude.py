@@ -16,6 +16,7 @@ from symdyn.numeric.explanation import Case, Explanation, joint_errors
 from symdyn.numeric.findings import Diagnosis, Errors, Located, NoiseFloor, Remaining, Traces, Verdict
 from symdyn.numeric.fitting import relative_error
 from symdyn.numeric.free_form import fitted_of
+from symdyn.numeric.geared_values import with_elsewhere
 from symdyn.numeric.groups import rigid_group
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.law import refuted
@@ -88,7 +89,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         verdict=verdict,
         robot=first.robot,
         diagnosed=diagnosed,
-        findings=tuple(findings),
+        findings=tuple(with_elsewhere(case.robot, each) for each in findings),
         model=case.model_parameters(final),
         before=before,
         after=after,

@@ -75,7 +75,8 @@ class Finding:
     """A missing effect. Errors are relative, on held-out data, before and after it was added.
 
     ``evidence`` is the gain of the held-out log-likelihood in nats, correlated residuals allowed for;
-    ``group`` names the places where the same effect would do as well, its own included (empty: its own alone).
+    ``group`` names the places where the same effect would do as well, its own included (empty: its own alone);
+    ``elsewhere`` holds its parameters at those others of them that a gear, or a shaft, joins to its own.
     """
 
     effect: str
@@ -89,6 +90,7 @@ class Finding:
     alternatives: tuple[Alternative, ...] = ()
     group: tuple[str, ...] = ()
     evidence: float = 0.0
+    elsewhere: Mapping[str, Mapping[str, Estimate]] = field(default_factory=dict)
 
     @property
     def heldout_gain(self) -> float:
@@ -107,6 +109,7 @@ class Finding:
             "place": self.place,
             "group": list(self.group or (self.place,)),
             "parameters": estimates_json(self.parameters),
+            "elsewhere": {place: estimates_json(values) for place, values in self.elsewhere.items()},
             "evidence": self.evidence,
             "heldout_gain": self.heldout_gain,
             "heldout_before": self.heldout_before,

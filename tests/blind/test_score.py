@@ -214,3 +214,25 @@ def test_the_tables_hold_every_case() -> None:
     assert told_again == cases
     better = replace(cases[3], score=silent, error="")
     assert joined(told_again, [better]) == [*cases[:3], better]
+
+
+def test_a_value_is_that_at_the_place_where_the_effect_was_planted() -> None:
+    truth = plant("spring", "j1.motor", {"linear_spring": {"stiffness": 0.002}})
+    told = finding("linear_spring", "j1", ("j1", "j1.motor"), stiffness=(1.8, 0.01))
+    beyond = told | {"elsewhere": {"j1.motor": {"stiffness": {"value": 0.00201, "se": 0.00001, "unit": ""}}}}
+    (silent,), (clear,) = (score([truth], answer(each), None, 5.0).effects for each in (told, beyond))
+    assert (silent.placed, silent.covered) == (True, {"linear_spring.stiffness": False})
+    assert (clear.placed, clear.covered) == (True, {"linear_spring.stiffness": True})
+    assert clear.errors == pytest.approx({"linear_spring.stiffness": 0.005})
+    own = told | {"place": "j1.motor", "elsewhere": beyond["elsewhere"]}
+    assert score([truth], answer(own), None, 5.0).effects[0].covered == {"linear_spring.stiffness": False}
+
+
+def test_two_offsets_at_one_place_are_one_offset() -> None:
+    offset = plant("offset", "j1", {"force_offset": {"offset": 0.5}})
+    told = [finding("coulomb_friction", "j1", level=(2.0, 0.1)), finding("force_offset", "j1", offset=(1.51, 0.01))]
+    both = score([ASYMMETRIC, offset], answer(*told), None, 5.0)
+    assert [e.covered["force_offset.offset"] for e in both.effects] == [True, True]
+    assert both.effects[1].errors["force_offset.offset"] == pytest.approx(0.01 / 1.5)
+    apart = score([ASYMMETRIC, {**offset, "place": "j2"}], answer(*told), None, 5.0)
+    assert [e.covered["force_offset.offset"] for e in apart.effects] == [False, False]

@@ -14,6 +14,7 @@ from symdyn.faces.words import (
     VERDICT_NAMES,
     located_words,
     nats,
+    parameter_lines,
     percent,
     probability,
     quantity_text,
@@ -138,3 +139,15 @@ def test_a_place_is_told_with_its_group_and_conditions() -> None:
 
 def test_every_verdict_has_words() -> None:
     assert set(VERDICT_NAMES) == set(VERDICT_MEANINGS) == set(Verdict)
+
+
+def test_numbers_at_other_places_are_told_where_they_differ() -> None:
+    same = replace(COULOMB, elsewhere={"shoulder.wheel": COULOMB.parameters})
+    assert parameter_lines(same) == ["level = 0.4134 ± 0.0091 N m"]
+    geared = replace(same, elsewhere={**same.elsewhere, "shoulder.motor": {"level": Estimate(0.013780, 0.0003, "N m")}})
+    assert parameter_lines(geared) == [
+        "level = 0.4134 ± 0.0091 N m",
+        "at shoulder.motor:",
+        "  level = 0.01378 ± 0.00030 N m",
+    ]
+    assert geared.to_json()["elsewhere"]["shoulder.motor"]["level"] == {"value": 0.01378, "se": 0.0003, "unit": "N m"}

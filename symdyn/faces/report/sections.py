@@ -17,9 +17,10 @@ from symdyn.faces.words import (
     plain_number,
     probability,
     quantity_text,
+    told_elsewhere,
     with_unit,
 )
-from symdyn.numeric.findings import Diagnosis, Errors, Finding
+from symdyn.numeric.findings import Diagnosis, Errors, Estimate, Finding
 from symdyn.spec.records import Parameter, Robot
 
 
@@ -181,13 +182,21 @@ def provenance(diagnosis: Diagnosis) -> Markup:
 
 
 def _parameters(finding: Finding, shown: Mapping[str, Parameter]) -> Markup:
+    """Its own, and what they would be at the other places that are not told from its own."""
+    lines = _lines(finding.parameters, shown)
+    for place, values in told_elsewhere(finding).items():
+        lines += [Markup('<span class="line">{}</span>').format(quiet(f"at {place}")), *_lines(values, {})]
+    return LINE.join(lines)
+
+
+def _lines(values: Mapping[str, Estimate], shown: Mapping[str, Parameter]) -> list[Markup]:
     lines = []
-    for name, estimate in finding.parameters.items():
+    for name, estimate in values.items():
         value = typeset(quantity_text(estimate))
         note = Markup(" ") + quiet(name.replace("_", " "))
         symbol = mathml(shown[name].latex) + " = " if name in shown else Markup("")
         lines.append(Markup('<span class="line">{}{}{}</span>').format(symbol, value, note))
-    return LINE.join(lines)
+    return lines
 
 
 def _symbols(finding: Finding, diagnosed: Robot) -> dict[str, Parameter]:

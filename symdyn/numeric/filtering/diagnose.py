@@ -13,6 +13,7 @@ from symdyn.numeric.filtering.budget import ENOUGH, Budget, allowed, within
 from symdyn.numeric.filtering.conclude import conclude, parameters
 from symdyn.numeric.filtering.contact import loosened
 from symdyn.numeric.filtering.discretisation import with_discretisation
+from symdyn.numeric.filtering.elsewhere import with_elsewhere
 from symdyn.numeric.filtering.explain import both, sampled, step, without_effect
 from symdyn.numeric.filtering.hypotheses import free_parameters
 from symdyn.numeric.filtering.judged import Explanation, certain, earns, explained, tells_all
@@ -127,6 +128,7 @@ def _diagnosed(
     alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]
     current, findings = _simplified(model, current, findings, progress)
     current, findings = _reexamined(model, current, findings, alarms)
+    findings = [with_elsewhere(model, current, each) for each in findings]
     return conclude(model, bare, robot, places, given, current, findings, alarms, (training.name, heldout.name))
 
 
