@@ -73,6 +73,7 @@ def test_what_friction_holds_has_no_response(slider: Path) -> None:
     assert "-inf" in done.out
 
 
+@pytest.mark.slow
 def test_a_multisine_gives_the_same_numbers_for_the_same_seed(slider: Path) -> None:
     asked = (
         "frequency",

@@ -111,6 +111,7 @@ def test_identify_fits_the_chain(rod: Path, tmp_path: Path) -> None:
     assert done.json()["parameters"]["pivot_mass"]["value"] == pytest.approx(2, rel=0.01)
 
 
+@pytest.mark.slow
 def test_diagnose_writes_into_the_urdf_that_branches(rod: Path, tmp_path: Path) -> None:
     training, judge = write_pair(tmp_path, dry_friction)
     found = tmp_path / "found.urdf"

@@ -66,6 +66,7 @@ def test_an_arm_recorded_by_its_currents_is_fitted_as_by_its_efforts(at: str) ->
     assert expected.error < 0.02
 
 
+@pytest.mark.slow
 def test_friction_is_found_by_an_arms_currents_alone() -> None:
     runs = [by_currents(rubbing(seed, 0.2)) for seed in (1, 2)]
     found = diagnose(with_motors(), *runs, band=12.0)

@@ -104,7 +104,8 @@ def test_nothing_missing_is_told_so_and_both_sides_have_their_numbers(robot: Rob
     assert told.model["b"].value == pytest.approx(VISCOUS, rel=5e-3)
 
 
-@pytest.mark.parametrize(("place", "level"), [("arm.motor", 0.03), pytest.param("arm", 1.2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("place", "level"), [("arm.motor", 0.03), ("arm", 1.2)])
 def test_friction_is_told_on_the_side_where_it_is(robot: Robot, place: str, level: float) -> None:
     sizes = (level, 0.0) if place == "arm.motor" else (0.0, level)
     told = told_of(robot, recorded(1, *sizes), recorded(2, *sizes))

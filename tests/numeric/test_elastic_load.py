@@ -119,6 +119,7 @@ def test_a_rigid_axis_recorded_almost_without_noise_lacks_nothing() -> None:
     assert found.model["arm_inertia_zz"].value == pytest.approx(MOTOR + LOAD, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_an_elastic_load_is_told_with_its_inertia_and_frequency() -> None:
     runs = measured(1, elastic=True), measured(2, elastic=True)
     found = diagnose(axis(), *runs)

@@ -55,6 +55,7 @@ def test_a_load_that_is_known_is_no_mismatch(robot: Robot) -> None:
     assert told.model["b1"].value == pytest.approx(0.3, rel=0.01)
 
 
+@pytest.mark.slow
 def test_known_loads_tell_how_much_effort_there_is(robot: Robot) -> None:
     """Both efforts too small by the same factor: without a weight that is known, all masses would be smaller by it."""
     told = told_of(robot, (0.9, 0.9))

@@ -303,7 +303,8 @@ def swung(seed: int, limit: float, dry: float = 0.0) -> Recording:
 
 
 # Reached in 25 % and in 86 % of the samples.
-@pytest.mark.parametrize("limit", [5.0, pytest.param(4.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("limit", [5.0, 4.0])
 def test_a_drive_that_gives_less_than_asked_is_named(limit: float) -> None:
     found = diagnose(pendulum(), swung(1, limit), swung(2, limit))
     assert [f.effect for f in found.findings] == ["effort_saturation"]

@@ -45,6 +45,7 @@ def test_late_effort_of_a_complete_model_is_a_bad_recording(samples: int) -> Non
     assert "late" in problem.message
 
 
+@pytest.mark.slow
 def test_late_effort_beside_friction_is_told_and_the_friction_kept() -> None:
     def friction(t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         return 0.3 * np.sign(v)

@@ -205,7 +205,8 @@ def test_the_seed_drive_is_sampled_by_what_its_servo_needs(period: str, stable: 
             compile_hybrid(robot)
 
 
-@pytest.mark.parametrize("reports", [11, *(pytest.param(n, marks=pytest.mark.slow) for n in (30, 101))])
+@pytest.mark.slow
+@pytest.mark.parametrize("reports", [11, 30, 101])
 def test_the_energy_of_a_sampled_drive_is_accounted_for(reports: int) -> None:
     """A PI loop with a delay, and friction that stops the wheel between samples; reports at samples and elsewhere."""
     gains = {"proportional": 3.0, "integral": 20.0, "limit": 4.0, "period": T, "delay": 0.3 * T}
