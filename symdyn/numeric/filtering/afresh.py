@@ -156,13 +156,15 @@ def afresh(
     bench, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
     ranked = scores(bench, p, tuple(beliefs), that_show(model, current, ready(model, current)), progress)
     promising = [s for s in ranked if s.gain > max(WORTH, PROMISING * ranked[0].gain)][:TRIED]
+    none = bench.filtered(p).loss
 
     def begin(score: Score) -> MLFit:
         start = p.copy()
         for schema in score.candidate.shapes if score.shape is not None else ():
             start[bench.index[score.candidate.parameter(schema)]] = score.shape
         names = dict(beliefs) | candidate_beliefs(score.candidate, score.shape)
-        return fit(bench, begun(bench, start, score.candidate, score.estimate), names, settled=ROUGH, most=ROUNDS)
+        first = begun(bench, start, score.candidate, score.estimate, none)
+        return fit(bench, first, names, settled=ROUGH, most=ROUNDS)
 
     def end(rough: MLFit, names: Beliefs) -> MLFit:
         return let_in(current.fit.bench.noise, fit(rough.bench, rough.p, names), names)

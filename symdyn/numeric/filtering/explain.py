@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.filtering.beliefs import Beliefs
+from symdyn.numeric.filtering.beliefs import Beliefs, penalty
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.budget import allowed
 from symdyn.numeric.filtering.hypotheses import DELAY, MEMORIES
@@ -58,7 +58,8 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
     for schema in candidate.shapes if shape is not None else ():
         p[bench.index[candidate.parameter(schema)]] = shape
     suspects = absorbing(current)
-    starts = [begun(bench, p, candidate, start)]
+    none = current.fit.loss - penalty(current.fit.p, bench.index, current.beliefs)
+    starts = [begun(bench, p, candidate, start, none)]
     if suspects:
         starts.append(begun(bench, put_back(current, p), candidate, start))
     if candidate.effect == DELAY and set(suspects) & model.electrical:
@@ -71,8 +72,8 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
     return min(side_by_side(roughly, starts), key=lambda fitted: fitted.loss)
 
 
-def begun(bench: FilterBench, p: Array, candidate: Candidate, expected: Array) -> Array:
-    """The parameters with the part of what is expected of a hypothesis that is likeliest."""
+def begun(bench: FilterBench, p: Array, candidate: Candidate, expected: Array, none: float | None = None) -> Array:
+    """The parameters with the likeliest part of what is expected of a hypothesis; ``none``: -log L without any."""
     where = [bench.index[candidate.parameter(schema)] for schema in candidate.linear]
 
     def likeliest(parts: Sequence[float]) -> tuple[float, Array]:
@@ -84,7 +85,7 @@ def begun(bench: FilterBench, p: Array, candidate: Candidate, expected: Array) -
         return losses[best], trials[best]
 
     loss, start = likeliest(PARTS)
-    if not loss < bench.filtered(p).loss:
+    if not loss < (bench.filtered(p).loss if none is None else none):
         less, smaller = likeliest(SMALLER)
         loss, start = (less, smaller) if less < loss else (loss, start)
     return start if np.isfinite(loss) else p

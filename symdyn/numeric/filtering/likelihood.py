@@ -60,8 +60,8 @@ def fit(
     less, or after ``most`` rounds, with all forces as large as is believed most, where nothing else tells.
     """
     names = bool(beliefs)
-    bench = _begun(bench, p)
-    at = At(p.copy(), bench.filtered(p).loss + penalty(p, bench.index, beliefs))
+    bench, loss = _begun(bench, p)
+    at = At(p.copy(), loss + penalty(p, bench.index, beliefs))
     of_parameters, of_noise = names, True  # whose turn it is
     for _ in range(most):
         before = at.loss
@@ -83,24 +83,27 @@ def fit(
     return MLFit(beliefs, p, bench, loss)
 
 
-def _begun(bench: FilterBench, p: Array) -> FilterBench:
-    """Noise that a fit may begin with, the likelier of two: as it is, and where inputs have none left with their first.
+def _begun(bench: FilterBench, p: Array) -> tuple[FilterBench, float]:
+    """Noise that a fit may begin with, and its -log L: as it is, or with its first where inputs have none left.
 
-    An unknown force may have done its work; and in logarithms a variance of next to nothing has no slope: no step would
-    find out that some is there.
+    The likelier of the two: an unknown force may have done its work, and in logarithms a variance of next to nothing
+    has no slope, so that no step would find out that some is there.
     """
     noise, scaled = bench.noise, _scaled(bench, p)
     gone = np.append(
         noise.power[: noise.inputs] < NOTHING * noise.first, np.zeros(len(noise.power) - noise.inputs, bool)
     )
     if not gone.any():
-        return scaled[0]
+        return scaled
     power = np.where(gone, np.append(noise.first, noise.power[noise.inputs :]), noise.power)
-    return min(scaled, _scaled(bench.with_noise(replace(noise, power=power)), p), key=lambda each: each[1])[0]
+    return min(scaled, _scaled(bench.with_noise(replace(noise, power=power)), p), key=lambda each: each[1])
 
 
 def _scaled(bench: FilterBench, p: Array) -> tuple[FilterBench, float]:
-    """Noise of every channel brought to what its innovations show, where that helps: most of the way from a guess."""
+    """Noise of every channel brought to what its innovations show, where that helps; and -log L with it.
+
+    That is most of the way from a guess.
+    """
     done = bench.filtered(p)
     for _ in range(2):
         ratio = np.mean(done.white**2, axis=0)
