@@ -216,13 +216,16 @@ def _drag(p, v):
 
 @njit
 def _laws(p, q, v, t, z, load, h):
-    """Levels of the dry friction (the same both ways) and all other forces; the hidden states advance by ``h``."""
+    """Levels of the dry friction (the same both ways) and all other forces, once the hidden states have come by ``h``.
+
+    MuJoCo's speeds are those between two steps: ``v`` is that of the step which led to ``q``, and leads them, too.
+    """
     n = len(q)
     level, push, after = np.empty(n), np.empty(n), np.empty(laws.STATES)
     for i in range(n):
+        laws.advance_states(p[i], v[i], z[i], h, after)
+        z[i] = after
         forwards, backwards = laws.dry_levels(p[i], q[i], v[i], load[i])
         level[i] = 0.5 * (forwards + backwards)
         push[i] = laws.smooth_force(p[i], q[i], v[i], t, z[i]) - 0.5 * (forwards - backwards)
-        laws.advance_states(p[i], v[i], z[i], h, after)
-        z[i] = after
     return level, push

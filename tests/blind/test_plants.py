@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy import integrate, linalg
 
 from benchmarks.blind import axis, chain, geared, laws, two_link
-from benchmarks.blind.motions import CONTROL
+from benchmarks.blind.motions import CONTROL, multisine
 
 FOLDER = Path(laws.__file__).parent
 FORCES = st.floats(-5.0, 5.0)
@@ -230,6 +230,27 @@ def test_the_six_joint_arm_weighs_what_its_table_says() -> None:
         mujoco.mj_forward(model, data)
         slope = [(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(6)]
         np.testing.assert_allclose(data.qfrc_bias, slope, atol=1e-5)
+
+
+def test_the_six_joint_arm_is_that_of_finer_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What an elastic load does to joint 4, whose states and positions must be of the same instants."""
+    pytest.importorskip("mujoco", reason="the plant of the six-joint arm is MuJoCo's; install symdyn[blind]")
+    from benchmarks.blind import six_joint
+
+    true = {name: value for name, (value, _) in six_joint.SixJoint.truth.items()}
+    own = [
+        row(viscous=v, level_positive=f, level_negative=f)
+        for v, f in zip(six_joint.VISCOUS, six_joint.DRY, strict=True)
+    ]
+    own[3] += row(load_inertia=0.25, load_frequency=12.0, load_damping=0.1)
+    rng, free = np.random.default_rng(1), np.full(6, math.inf)
+    x, v = multisine(rng, 1, 3.0, six_joint.CENTRE, six_joint.REACH)
+    usual = six_joint._simulate(true, np.stack(own), free, x, v, np.zeros_like(x))
+    monkeypatch.setattr(six_joint, "STEPS", 32)
+    finer = six_joint._simulate(true, np.stack(own), free, x, v, np.zeros_like(x))
+    off = [(a - b)[:, 3] for a, b in zip(usual, finer, strict=True)]
+    assert np.std(off[0]) < 5e-5
+    assert np.std(off[1]) < 1.5e-3 * np.std(finer[1][:, 3])
 
 
 def test_the_axis_obeys_its_equation() -> None:
