@@ -47,6 +47,7 @@ from symdyn.numeric.skew import (
 )
 from symdyn.numeric.too_quick import doubtful, too_quick
 from symdyn.numeric.torque_sensors import parts
+from symdyn.numeric.trembling import with_trembling
 from symdyn.numeric.united import united
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.records import Robot
@@ -152,6 +153,7 @@ def _diagnose(inquiry: Inquiry, band: float | None, progress: Progress) -> Diagn
         inquiry = replace(inquiry, setting=replace(inquiry.setting, proposed=begun.setting.proposed)).noting(told)
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
+    inquiry = with_trembling(inquiry, progress)
     findings = tuple(with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
     inquiry = with_resolutions(with_skew(replace(inquiry, findings=findings), before))
     return conclude(inquiry, inquiry.setting.training.name, inquiry.setting.heldout.name)

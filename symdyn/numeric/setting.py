@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import analysis_band, band_of
@@ -26,7 +28,7 @@ from symdyn.numeric.recording import Recording
 from symdyn.numeric.sizes import sizes
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.effect_schema import Scan
-from symdyn.spec.records import Robot
+from symdyn.spec.records import Quantity, Robot
 
 LEAST_TRAVEL = 1e-9  # rad or m
 DERIVATIVE_ROOM = 5.0  # positions are low-passed this far above the band (Gautier, Janot: five times the dynamics)
@@ -88,6 +90,16 @@ class Setting:
     def earlier(self, delay: float) -> Setting:
         """With all efforts taken ``delay`` (s) earlier than they were."""
         return replace(self, readings=tuple(replace(r, late=r.late + delay) for r in self.readings))
+
+    def trembling(self, noise: NDArray[np.float64]) -> Setting:
+        """With such noise (N, n) on the positions that were recorded for training."""
+        channels = dict(self.training.channels)
+        for joint, values in zip(self.joints, noise.T, strict=True):
+            key = self.training.key(Quantity.POSITION, joint)
+            if key is not None:
+                channels[key] = channels[key] + values
+        moved = replace(self.training, channels=MappingProxyType(channels))
+        return replace(self, training=moved, _shown={}, _forces={})
 
     def given(self) -> float:
         """Edge (Hz) of the band that holds what the model as given leaves."""
