@@ -100,7 +100,7 @@ def parameter_lines(finding: Finding) -> list[str]:
     """``level = 2.1 ± 0.1 N m``, one line each; then those at other places where they are other numbers."""
     lines = [f"{name} = {quantity_text(e)}" for name, e in finding.parameters.items()]
     for place, values in told_elsewhere(finding).items():
-        lines += [f"at {place}:", *(f"  {name} = {quantity_text(e)}" for name, e in values.items())]
+        lines += [f"at {place} instead:", *(f"  {name} = {quantity_text(e)}" for name, e in values.items())]
     return lines
 
 

@@ -272,5 +272,5 @@ def test_binned_means_follow_a_curve() -> None:
 def test_numbers_at_the_other_end_of_a_gear_are_shown() -> None:
     beyond = {"shoulder.motor": {"level": Estimate(0.013780, 0.0003, "N m")}}
     rows = findings_table(diagnosis(None, replace(COULOMB, elsewhere=beyond)))
-    assert "at shoulder.motor" in rows
+    assert "at shoulder.motor instead" in rows
     assert "0.01378" in rows

@@ -147,7 +147,7 @@ def test_numbers_at_other_places_are_told_where_they_differ() -> None:
     geared = replace(same, elsewhere={**same.elsewhere, "shoulder.motor": {"level": Estimate(0.013780, 0.0003, "N m")}})
     assert parameter_lines(geared) == [
         "level = 0.4134 ± 0.0091 N m",
-        "at shoulder.motor:",
+        "at shoulder.motor instead:",
         "  level = 0.01378 ± 0.00030 N m",
     ]
     assert geared.to_json()["elsewhere"]["shoulder.motor"]["level"] == {"value": 0.01378, "se": 0.0003, "unit": "N m"}

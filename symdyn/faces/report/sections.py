@@ -185,7 +185,7 @@ def _parameters(finding: Finding, shown: Mapping[str, Parameter]) -> Markup:
     """Its own, and what they would be at the other places that are not told from its own."""
     lines = _lines(finding.parameters, shown)
     for place, values in told_elsewhere(finding).items():
-        lines += [Markup('<span class="line">{}</span>').format(quiet(f"at {place}")), *_lines(values, {})]
+        lines += [Markup('<span class="line">{}</span>').format(quiet(f"at {place} instead:")), *_lines(values, {})]
     return LINE.join(lines)
 
 
