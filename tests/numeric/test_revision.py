@@ -139,6 +139,7 @@ def test_an_encoder_that_is_off_at_the_first_joint_is_a_tilted_base() -> None:
     assert found.verdict == "ambiguous"
 
 
+@pytest.mark.slow
 def test_gravity_that_the_model_leaves_out_is_found() -> None:
     robot = robot_from_text(set_gravity(ARM_OF_TWO, (0.0, 0.0, 0.0)), "two.toml")
     found = diagnose(robot, run(1), run(2))

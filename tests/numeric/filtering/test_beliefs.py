@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from symdyn.compiler import robot_from_text
+from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.filtering.beliefs import Belief, Beliefs, penalty, precision, pull
-from symdyn.numeric.filtering.model import RECIPROCAL, holding, one_magnet, prepare
-from tests.numeric.filtering.drive import MODEL, record
+from symdyn.numeric.filtering.model import RECIPROCAL, _beliefs, one_magnet
+from tests.numeric.filtering.drive import MODEL
 
 INDEX = {"a": 0, "other": 1, "b": 2, "c": 3}
 KNOWN: Beliefs = {
@@ -46,19 +46,19 @@ def test_what_no_fit_moves_is_like_nothing() -> None:
     assert near == far == pytest.approx(0.0)
 
 
-def test_a_motor_has_one_constant(tmp_path_factory: pytest.TempPathFactory) -> None:
-    folder = tmp_path_factory.mktemp("drive")
+def test_a_motor_has_one_constant() -> None:
     robot = robot_from_text(MODEL, "drive.toml")
     assert one_magnet(robot) == (("K_T", "K_E"),)
-    runs = [record(folder / f"{seed}.csv", robot, seed) for seed in (1, 2)]
-    model = prepare(robot, *runs, only=("constant force offset at axis",))
-    torque = model.beliefs["K_T"]
-    assert (torque.like, torque.apart) == ("K_E", RECIPROCAL)
-    p, index = model.values, {name: i for i, name in enumerate(model.kernel.parameters)}
+    kernel = compile_robot(robot).kernel()
+    beliefs = _beliefs(robot, kernel)
+    assert (beliefs["K_T"].like, beliefs["K_T"].apart) == ("K_E", RECIPROCAL)
+    p, index = kernel.values.copy(), {name: i for i, name in enumerate(kernel.parameters)}
     p[index["K_T"]] = 1.05 * p[index["K_E"]]
-    apart = penalty(p, index, model.beliefs)
-    held = holding(model, frozenset({"K_E"})).beliefs  # surely known: the other may be for other currents
-    assert apart - penalty(p, index, held) == pytest.approx(0.5 * (math.log(1.05) / RECIPROCAL) ** 2)
+    alone = {
+        name: belief for name, belief in beliefs.items() if name != "K_E"
+    }  # held: the other may be for other currents
+    more = penalty(p, index, beliefs) - penalty(p, index, alone)
+    assert more == pytest.approx(0.5 * (math.log(1.05) / RECIPROCAL) ** 2)
 
 
 @pytest.mark.parametrize("emf", ['"K_T"', '"2 K_E"'])

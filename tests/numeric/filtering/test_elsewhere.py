@@ -23,6 +23,7 @@ from tests.numeric.filtering.soft_gear import RATIO, TOML, run
 ARM = robot_from_text(TOML, "arm.toml")
 PUSH = 0.004  # N m, at the motor
 BOTH = ("arm", "arm.motor")
+LABELS = tuple(f"{name} at {at}" for name in ("Coulomb friction", "constant force offset") for at in BOTH)
 
 
 def pushed(seed: int) -> Recording:
@@ -31,10 +32,9 @@ def pushed(seed: int) -> Recording:
     return replace(whole, channels=MappingProxyType({**whole.channels, key: whole.channels[key] + PUSH}))
 
 
-def found(title: str, effect: str, *runs: Recording) -> tuple[Model, Explanation, Finding]:
+def found(effect: str, *runs: Recording) -> tuple[Model, Explanation, Finding]:
     """An effect at the arm, which is told as if it might as well be at the motor."""
-    labels = tuple(f"{name} at {at}" for name in (title, "constant force offset") for at in BOTH)
-    model = prepare(ARM, *runs, only=labels)
+    model = prepare(ARM, *runs, only=LABELS)
     bench = model.bench(model.training, without_latent(model, model.training), True)
     none = explained(model, (), model.beliefs, fit(bench, model.values, model.beliefs))
     (law,) = (c for c in model.proposed if (c.effect, c.place.address) == (effect, "arm"))
@@ -45,7 +45,7 @@ def found(title: str, effect: str, *runs: Recording) -> tuple[Model, Explanation
 
 
 def test_an_offset_has_its_numbers_at_both_ends_of_a_soft_gear() -> None:
-    model, after, told = found("constant force offset", "force_offset", pushed(1), pushed(2))
+    model, after, told = found("force_offset", pushed(1), pushed(2))
     values = with_elsewhere(model, after, told).elsewhere
     assert list(values) == ["arm.motor"]
     offset = values["arm.motor"]["offset"]
@@ -57,6 +57,6 @@ def test_an_offset_has_its_numbers_at_both_ends_of_a_soft_gear() -> None:
 
 def test_friction_of_the_arm_is_none_of_the_motor() -> None:
     """The gear between them shows: no number there would do as well."""
-    model, after, told = found("Coulomb friction", "coulomb_friction", run(1, dry=0.8), run(2, dry=0.8))
+    model, after, told = found("coulomb_friction", run(1, dry=0.8), run(2, dry=0.8))
     assert told.parameters["level"].value == pytest.approx(0.8, rel=0.02)
     assert with_elsewhere(model, after, told).elsewhere == {}

@@ -42,6 +42,7 @@ def test_many_unknown_forces_lead_near_the_truth() -> None:
     assert weight == pytest.approx(TRUE["m"] * TRUE["r"], rel=0.02)
 
 
+@pytest.mark.slow
 def test_dry_friction_of_the_arm_is_told_by_the_motor() -> None:
     told = diagnose(ARM, run(1, dry=0.8), run(2, dry=0.8))
     assert told.verdict is Verdict.MISSING_PHYSICS

@@ -62,7 +62,11 @@ def balance(
 
 
 @pytest.mark.parametrize(
-    ("case", "signal"), [pytest.param(STEP, step(1.0), id="step"), pytest.param(SINE, sine(1.0, 0.2), id="sine")]
+    ("case", "signal"),
+    [
+        pytest.param(STEP, step(1.0), id="step", marks=pytest.mark.slow),
+        pytest.param(SINE, sine(1.0, 0.2), id="sine"),
+    ],
 )
 def test_the_seed_drive_loses_nothing(case: tuple, signal: Signal) -> None:
     """Over all sticking, contacts and saturation, with a thousand reporting times and with four."""

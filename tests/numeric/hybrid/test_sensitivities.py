@@ -59,6 +59,7 @@ def test_a_block_that_slides_to_rest() -> None:
     np.testing.assert_allclose(found.values[:, 1], rates, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_seed_drive_against_differences() -> None:
     """All nine states, over sticking, contacts and the end of saturation, to 1e-5 of their largest derivative."""
     kernel = seed_drive().kernel
