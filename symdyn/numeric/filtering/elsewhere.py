@@ -16,6 +16,7 @@ from symdyn.numeric.filtering.stiff import rigid_with
 from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.geared_values import geared
 from symdyn.numeric.groups import same_place
+from symdyn.physics import catalogue
 
 
 def with_elsewhere(model: Model, of: Explanation, finding: Finding) -> Finding:
@@ -24,6 +25,8 @@ def with_elsewhere(model: Model, of: Explanation, finding: Finding) -> Finding:
     Where no sample shows that twist they follow from the gear ratio. Elsewhere the effect is fitted there in its own
     place's stead; where it does not do as well any more, beside all that was found since, nothing is told.
     """
+    if finding.effect not in catalogue():  # a part that the machine got
+        return finding
     told: dict[str, dict[str, Estimate]] = {}
     rigid = {finding.place, *rigid_with(model, of, finding.place, finding.effect)}
     for place in finding.group:

@@ -60,3 +60,5 @@ def test_friction_of_the_arm_is_none_of_the_motor() -> None:
     model, after, told = found("coulomb_friction", run(1, dry=0.8), run(2, dry=0.8))
     assert told.parameters["level"].value == pytest.approx(0.8, rel=0.02)
     assert with_elsewhere(model, after, told).elsewhere == {}
+    shaft = replace(told, effect="joint_compliance")  # a part that the machine got is where it is
+    assert with_elsewhere(model, after, shaft) is shaft
