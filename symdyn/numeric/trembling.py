@@ -30,7 +30,8 @@ def with_trembling(inquiry: Inquiry, progress: Callable[[str], None]) -> Inquiry
     progress("how far the noise of positions bends the numbers")
     seen = inquiry.setting.seen
     sizes = np.sqrt(position_density(seen) * seen.rate / 2.0)  # of white noise: its density up to half the rate
-    noise = sizes * np.random.default_rng(0).standard_normal(seen.measured.shape)
+    samples = len(inquiry.setting.training.time)  # of an observation there may be other ones, at even steps
+    noise = sizes * np.random.default_rng(0).standard_normal((samples, len(sizes)))
     try:
         bent = [_values(*_explained(inquiry, way * noise)) for way in (1.0, -1.0)]
     except NumericalError:

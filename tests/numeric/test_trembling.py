@@ -67,3 +67,16 @@ def test_what_does_not_tremble_stays_as_it_was() -> None:
     before, after = (inertia(inquiry, each.current) for each in (inquiry, with_trembling(inquiry, quiet)))
     assert after[1] == pytest.approx(before[1], rel=0.1)
     assert with_trembling(replace(inquiry, current=inquiry.given), quiet).current is inquiry.given
+
+
+def test_a_clock_that_is_put_right_has_other_samples() -> None:
+    """An observation at even steps may have one less than the recording, to which the noise is added."""
+    begun = found(TREMBLES)
+    seen = begun.setting.seen
+    less = len(seen.measured) - 1
+    fewer = replace(seen, measured=seen.measured[:less], segments=(slice(0, less),))
+    whole, short = (
+        inertia(each, with_trembling(each, quiet).current)
+        for each in (begun, replace(begun, setting=replace(begun.setting, seen=fewer)))
+    )
+    assert short == pytest.approx(whole, rel=0.05)
