@@ -7,13 +7,12 @@ from dataclasses import replace
 
 from symdyn.base.units import parse_unit
 from symdyn.numeric.findings import Estimate, Finding
-from symdyn.numeric.gearing import gear_ratio, joint_of
+from symdyn.numeric.gearing import joint_of, reach
 from symdyn.physics import catalogue
+from symdyn.physics.effect import MOVING
 from symdyn.spec.effect_schema import ParameterSchema
 from symdyn.spec.places import places
-from symdyn.spec.records import Motion, PlaceKind, Robot
-
-MOVING = (PlaceKind.JOINT, PlaceKind.INERTIA)
+from symdyn.spec.records import Motion, Robot
 
 
 def geared(
@@ -57,12 +56,6 @@ def with_elsewhere(robot: Robot, finding: Finding) -> Finding:
         if values is not None
     }
     return replace(finding, elsewhere=told)
-
-
-def reach(robot: Robot, address: str) -> float:
-    """How far a part of a drive goes while its joint goes 1 (rad or m), if nothing twists."""
-    joint = joint_of(robot, address)
-    return 1.0 if address == joint.name else gear_ratio(robot, joint)
 
 
 def _power(schema: ParameterSchema) -> int | None:

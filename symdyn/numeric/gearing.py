@@ -19,6 +19,11 @@ def gear_ratio(robot: Robot, joint: Joint) -> float:
     return number(robot, joint.drive.ratio) if joint.drive is not None else 1.0
 
 
+def reach(robot: Robot, address: str) -> float:
+    """How far a part of a drive goes while its joint goes 1 (rad or m), if nothing twists."""
+    return gear_ratio(robot, joint_of(robot, address)) if "." in address else 1.0
+
+
 def joint_of(robot: Robot, address: str) -> Joint:
     """The joint that an address is, or belongs to."""
     return next(joint for joint in robot.joints if joint.name == address.partition(".")[0])

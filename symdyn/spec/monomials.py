@@ -53,6 +53,11 @@ def parse_monomial(text: str) -> Monomial | None:
         at, divides = separator.end(), "/" in separator[0]
 
 
+def parameter_of(monomial: Monomial) -> str | None:
+    """The parameter that it is, and nothing else; None where there is more to it, or no parameter."""
+    return monomial.factors[0][0] if monomial.coefficient == 1 and [k for _, k in monomial.factors] == [1] else None
+
+
 def value_of(monomial: Monomial, values: Mapping[str, float | None]) -> float | None:
     """The number that a monomial stands for; None where a parameter is free; infinite or NaN where it overflows."""
     coefficient = monomial.coefficient

@@ -21,6 +21,7 @@ from symdyn.faces.words import (
     with_unit,
 )
 from symdyn.numeric.findings import Diagnosis, Errors, Estimate, Finding
+from symdyn.spec.monomials import parameter_of
 from symdyn.spec.records import Parameter, Robot
 
 
@@ -203,11 +204,11 @@ def _symbols(finding: Finding, diagnosed: Robot) -> dict[str, Parameter]:
     """The finding's parameters as the diagnosed model knows them, by the names of the effect's declaration."""
     by_name = {p.name: p for p in diagnosed.parameters}
     return {
-        name: by_name[value.factors[0][0]]
+        name: by_name[parameter]
         for effect in diagnosed.effects
         if (effect.type, effect.at) == (finding.effect, finding.place)
         for name, value in effect.values
-        if len(value.factors) == 1 and value.factors[0][1] == 1 and value.coefficient == 1
+        if (parameter := parameter_of(value)) is not None
     }
 
 

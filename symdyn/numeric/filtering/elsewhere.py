@@ -8,6 +8,7 @@ from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.budget import allowed
 from symdyn.numeric.filtering.conclude import parameters
 from symdyn.numeric.filtering.discretisation import with_discretisation
+from symdyn.numeric.filtering.explain import at_null
 from symdyn.numeric.filtering.judged import ABOUT, Explanation, explained
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.locate import certainly_apart
@@ -48,15 +49,11 @@ def _fitted(
     there = next((c for c in model.proposed if _is(c, finding.effect, place)), None)
     if mine is None or there is None or not allowed(f"the numbers of {finding.title} at {place}"):
         return None
-    here, index, p = mine[0], of.fit.bench.index, of.fit.p.copy()
-    for schema in (*here.linear, *here.shapes):
-        p[index[here.parameter(schema)]] = model.values[index[here.parameter(schema)]]
+    p, others = at_null(model, of, mine[0])
     for schema in (*there.linear, *there.shapes):
-        p[index[there.parameter(schema)]] = values[schema.name].value
-    own = {here.parameter(schema) for schema in (*here.linear, *here.shapes)}
-    beliefs = {name: belief for name, belief in of.beliefs.items() if name not in own}
+        p[of.fit.bench.index[there.parameter(schema)]] = values[schema.name].value
     shape = values[there.shapes[0].name].value if mine[1] is not None and there.shapes else None
-    beliefs |= candidate_beliefs(there, shape)
+    beliefs = dict(others) | candidate_beliefs(there, shape)
     found = tuple((there, shape) if item is mine else item for item in of.found)
     after = explained(model, found, beliefs, fit(of.fit.bench, p, beliefs))
     if certainly_apart(after.score, of.score) or after.heldout > (1.0 + ABOUT) * of.heldout:

@@ -92,14 +92,18 @@ def begun(bench: FilterBench, p: Array, candidate: Candidate, expected: Array, n
 
 
 def without_effect(model: Model, current: Explanation, item: tuple[Candidate, float | None]) -> Explanation:
-    candidate = item[0]
+    p, beliefs = at_null(model, current, item[0])
+    rest = tuple(other for other in current.found if other is not item)
+    return explained(model, rest, beliefs, fit(current.fit.bench, p, beliefs))
+
+
+def at_null(model: Model, current: Explanation, candidate: Candidate) -> tuple[Array, Beliefs]:
+    """All parameters, an effect's own where it vanishes; and what is believed of the others."""
     p, index = current.fit.p.copy(), current.fit.bench.index
     names = {candidate.parameter(s) for s in (*candidate.linear, *candidate.shapes)}
     for name in names:
         p[index[name]] = model.values[index[name]]
-    beliefs = {name: belief for name, belief in current.beliefs.items() if name not in names}
-    rest = tuple(other for other in current.found if other is not item)
-    return explained(model, rest, beliefs, fit(current.fit.bench, p, beliefs))
+    return p, {name: belief for name, belief in current.beliefs.items() if name not in names}
 
 
 def remembered(of: Explanation) -> tuple[Candidate, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.gearing import TACHOMETER, coordinate_shown, gear_ratio, joint_of, motor_rotor, number
+from symdyn.numeric.gearing import TACHOMETER, coordinate_shown, joint_of, motor_rotor, number, reach
 from symdyn.numeric.recording import ChannelKey, Recording
 from symdyn.spec.records import Quantity, Robot
 
@@ -19,8 +19,7 @@ UNKNOWN = 1.0  # speed of a joint of which nothing tells it
 
 def per_joint(robot: Robot, addresses: Sequence[str]) -> Array:
     """(n,) how far each coordinate goes with its joint, where nothing twists: its gear ratio, or 1."""
-    ratios = {joint.name: gear_ratio(robot, joint) for joint in robot.joints}
-    return np.array([ratios[at.partition(".")[0]] if "." in at else 1.0 for at in addresses])
+    return np.array([reach(robot, at) for at in addresses])
 
 
 def usual_speeds(robot: Robot, recording: Recording, addresses: Sequence[str]) -> Array:

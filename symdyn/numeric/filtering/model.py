@@ -21,8 +21,9 @@ from symdyn.numeric.filtering.signals import Signals, seen_by, signals
 from symdyn.numeric.gearing import joint_of, number
 from symdyn.numeric.recording import Recording
 from symdyn.spec.effect_schema import Scan
+from symdyn.spec.monomials import parameter_of
 from symdyn.spec.places import places
-from symdyn.spec.records import Monomial, PlaceKind, Robot
+from symdyn.spec.records import PlaceKind, Robot
 
 Array = NDArray[np.float64]
 
@@ -197,13 +198,8 @@ def one_magnet(robot: Robot) -> tuple[tuple[str, str], ...]:
     force was measured nothing else tells how large they all are.
     """
     motors = [joint.drive.motor for joint in robot.joints if joint.drive and joint.drive.motor]
-    pairs = [(_name(m.torque_constant), _name(m.back_emf_constant)) for m in motors]
+    pairs = [(parameter_of(m.torque_constant), parameter_of(m.back_emf_constant)) for m in motors]
     return tuple(dict.fromkeys((torque, emf) for torque, emf in pairs if torque and emf and torque != emf))
-
-
-def _name(value: Monomial) -> str:
-    """Of a number that is a parameter and nothing else."""
-    return value.factors[0][0] if value.coefficient == 1 and [k for _, k in value.factors] == [1] else ""
 
 
 def carried(model: Model, p: Array, fitted: FilterBench) -> tuple[Array, FilterBench]:
