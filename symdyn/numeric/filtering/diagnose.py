@@ -14,7 +14,7 @@ from symdyn.numeric.filtering.conclude import conclude, parameters
 from symdyn.numeric.filtering.contact import loosened
 from symdyn.numeric.filtering.discretisation import with_discretisation
 from symdyn.numeric.filtering.elsewhere import with_elsewhere
-from symdyn.numeric.filtering.explain import both, sampled, step, without_effect
+from symdyn.numeric.filtering.explain import sampled, step, without_effect
 from symdyn.numeric.filtering.hypotheses import free_parameters
 from symdyn.numeric.filtering.judged import Explanation, certain, earns, explained, tells_all
 from symdyn.numeric.filtering.likelihood import fit
@@ -22,6 +22,7 @@ from symdyn.numeric.filtering.locate import Place, alone, locate
 from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, carried, holding, prepare, without_latent
 from symdyn.numeric.filtering.propose import as_fitted, of_structure, promises_most, restructured, stiffened
+from symdyn.numeric.filtering.refused import both, reconsidered
 from symdyn.numeric.filtering.remembering import Laws, laws_with_memory, suffice
 from symdyn.numeric.filtering.signals import stretch
 from symdyn.numeric.filtering.simpler import simpler
@@ -93,7 +94,11 @@ def _diagnosed(
         if current.found != asked and search:  # begun with the model as given, whatever was fitted meanwhile
             best, tried = loosened(model, current, best, tried, alarms, progress)
         asked = current.found
-        pair = both(model, current, tried, progress) if best is None and search else None
+        pair = None
+        if search and best is not None:
+            best, pair = reconsidered(model, current, best, tried, progress)
+        elif search:
+            pair = both(model, current, tried, progress)
         if best is None and pair is None and search:
             again = relieved(model, current, progress) if current.found != begun else None
             begun = current.found  # it would begin there again

@@ -14,17 +14,14 @@ from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.budget import allowed
 from symdyn.numeric.filtering.hypotheses import DELAY, MEMORIES
 from symdyn.numeric.filtering.judged import (
-    EARNS,
     LEVEL,
     LIKELY,
     WORTH,
     Explanation,
     Step,
-    certain,
     contains,
     explained,
     heldout_p_value,
-    likelihood_p_value,
     price,
     that_earns,
 )
@@ -251,23 +248,3 @@ def sampled(model: Model, current: Explanation) -> Explanation:
     if other.loss > current.fit.loss:
         return current
     return explained(model, current.found, current.beliefs, fit(other.bench, other.p, current.beliefs))
-
-
-def both(model: Model, current: Explanation, tried: Sequence[Step], progress: Progress) -> tuple[Step, Step] | None:
-    """Two effects that only help the motion together, though the first alone raises the likelihood beyond doubt.
-
-    Coulomb friction without the Stribeck effect beside it, say, is fitted where the motion turns, and far off
-    elsewhere.
-    """
-    for first in tried:
-        sure = first.gain > WORTH + price(model, first.score.candidate) and certain(
-            model, first.after, first.score.candidate
-        )
-        if sure and likelihood_p_value(current, first.after) < LEVEL:
-            if not allowed(f"what helps beside {first.score.candidate.label}"):
-                return None
-            second, _ = step(model, first.after, [], progress)
-            if second is not None and second.after.heldout < (1.0 - 2.0 * EARNS) * current.heldout:
-                return first, second
-            return None
-    return None
