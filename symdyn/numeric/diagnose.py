@@ -30,7 +30,7 @@ from symdyn.numeric.proof import proved
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.revision import Revision, revisions
 from symdyn.numeric.rivals import with_rivals
-from symdyn.numeric.rounding import below_steps, with_resolutions
+from symdyn.numeric.rounding import below_steps, ended_at_steps, with_resolutions
 from symdyn.numeric.runs import Runs, doubts, training_and_heldout
 from symdyn.numeric.search import EARNS, Search, rank
 from symdyn.numeric.setting import prepare
@@ -147,6 +147,11 @@ def _diagnose(inquiry: Inquiry, band: float | None, progress: Progress) -> Diagn
     open_, begun = revisions(inquiry.setting), inquiry
     _refuse_late_efforts(inquiry, progress)
     before, inquiry = _explained(begun, open_, band is None, progress)
+    narrower = ended_at_steps(begun, inquiry) if band is None else None
+    if narrower is not None:
+        progress(f"the search begins again: {narrower.alarms[-1]}")
+        begun = narrower
+        before, inquiry = _explained(begun, open_, True, progress)
     if told := merely_filters(inquiry):
         progress(f"{told}; the search begins again without it")
         before, inquiry = _explained(without_swinging(begun), open_, band is None, progress)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.encoder_steps import Steps, coarse, motion_above, rounded
-from symdyn.numeric.explanation import Explanation, Revised
+from symdyn.numeric.explanation import Case, Explanation, Revised
 from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.noise_floor import in_band, noise_density
@@ -45,20 +45,50 @@ def below_steps(inquiry: Inquiry) -> Inquiry:
         if inquiry.motion is not None:  # the band ended for another joint
             edge = min(edge, inquiry.case.bench.edge)
         case = setting.case(edge, inquiry.motion)
-        given, motion = case.explain(), inquiry.motion or edge
-        slow = setting.case(min(edge, KNOWN * steps.motion), motion)
+        wide = replace(inquiry, setting=setting, case=case, current=case.explain())
+        slow = _slow(wide, edge, steps)
         without = slow.explain()
         so = f"its motion is taken below {steps.motion:.3g} Hz"
-        if _quicker(replace(inquiry, setting=setting, case=case, current=given), without, joint, steps.size):
-            case, given, so = slow, without, f"nothing above {slow.bench.edge:.3g} Hz is tested"
-            what = f"what is left at {joint} is quicker than its encoder can tell"
-            inquiry = replace(inquiry, motion=motion).noting(f"{what}: {so}")
+        if _quicker(wide, without, joint, steps.size):
+            so = f"nothing above {slow.bench.edge:.3g} Hz is tested"
+            inquiry = replace(inquiry, motion=inquiry.motion or edge).noting(f"{_quicker_than(joint)}: {so}")
+            case, given = slow, without
         elif left[0] > LESS:
             continue
+        else:
+            given = wide.current
         inquiry = replace(inquiry, origin=setting, first=case, given=given, setting=setting, case=case, current=given)
         if min(left) < 1.0 - MOSTLY:
             inquiry = _told(inquiry, joint, steps, 1.0 - min(left), so)
     return inquiry
+
+
+def ended_at_steps(begun: Inquiry, found: Inquiry) -> Inquiry | None:
+    """An inquiry begun again in a narrower band, where ``below_steps`` would have ended it had it known what was found.
+
+    What a joint lacked was slow, and hid that most of the rest is an acceleration that its encoder does not show. None
+    where that is not so.
+    """
+    for joint, steps in _coarse(begun.setting):
+        edge = begun.case.bench.edge
+        if begun.setting.readings[begun.setting.joints.index(joint)].motion < KNOWN * edge:
+            known = _slow(found, edge, steps).explain(found.current.found, found.current)
+            if _quicker(found, known, joint, steps.size):
+                case = _slow(begun, edge, steps)
+                given = case.explain()
+                so = f"{_quicker_than(joint)}: nothing above {case.bench.edge:.3g} Hz is tested"
+                begun = replace(begun, motion=begun.motion or edge, first=case, given=given, case=case, current=given)
+                return begun.noting(so)
+    return None
+
+
+def _slow(inquiry: Inquiry, edge: float, steps: Steps) -> Case:
+    """That in the band where all of such an encoder's motion is kept."""
+    return inquiry.setting.case(min(edge, KNOWN * steps.motion), inquiry.motion or edge)
+
+
+def _quicker_than(joint: str) -> str:
+    return f"what is left at {joint} is quicker than its encoder can tell"
 
 
 def _left_below(inquiry: Inquiry, joint: str, motion: float) -> list[float]:

@@ -109,6 +109,7 @@ def test_missing_physics_is_no_mistake(moved: Callable[[int], Recording]) -> Non
     check_confused(setting, case, case.explain())
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_large_friction_of_a_pendulum_is_no_mistake() -> None:
     runs = [record(seed, lambda t, q, v, a: 6.0 * np.sign(v)) for seed in (1, 2)]
     told = diagnose(pendulum(), *runs)

@@ -135,6 +135,7 @@ def test_a_parameter_of_one_side_may_be_held(robot: Robot) -> None:
     assert "I" in told.model
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_an_effort_of_the_link_beside_one_of_the_motor_is_that_of_a_sensor(robot: Robot) -> None:
     output, link = (EFFORT, "arm", Side.OUTPUT), (EFFORT, "arm", Side.LINK)
     runs = [changed(r, {link: r.channels[output]}, output) for r in (recorded(1, 0.03), recorded(2, 0.03))]

@@ -87,6 +87,7 @@ def test_a_weight_that_is_not_felt_is_told() -> None:
     assert any(alarm.startswith("5 % of gravity is left") for alarm in found.alarms), found.alarms
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_nothing_is_found_where_nothing_changed() -> None:
     found = diagnose(robot_from_text(known(), "two.toml"), run(1), run(2), hold=["*"])
     assert (found.verdict, found.findings, found.model) == ("complete", (), {})

@@ -73,7 +73,12 @@ def found_in(law: Callable[[Array, Array, Array, Array], Array]) -> Diagnosis:
             {"level": 0.4, "stiffness": 15.0, "excess": 0.2, "stribeck_velocity": 0.2},
             marks=pytest.mark.slow,
         ),
-        (greased, "degressive_friction", {"coefficient": 0.9, "turnover_velocity": 0.5}),
+        pytest.param(
+            greased,
+            "degressive_friction",
+            {"coefficient": 0.9, "turnover_velocity": 0.5},
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             hysteresis,
             "bouc_wen_hysteresis",

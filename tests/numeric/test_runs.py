@@ -88,7 +88,8 @@ def test_heldout_given_is_taken_as_it_is() -> None:
     assert (len(training.time), len(heldout.time)) == (300, 200)
 
 
-@pytest.mark.parametrize("runs", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow  # whole diagnoses; the tests of the command have one
+@pytest.mark.parametrize("runs", [1, 2])
 def test_diagnosis_without_heldout_recording_judges_on_blocks(runs: int) -> None:
     recordings = [record(seed, lambda t, q, v, a: 0.3 * np.sign(v)) for seed in range(1, 1 + runs)]
     found = diagnose(pendulum(), recordings)

@@ -74,6 +74,7 @@ def test_friction_that_differs_by_direction_and_dry_friction() -> None:
     assert found.usual == pytest.approx(np.median(usual), rel=5.0)
 
 
+@pytest.mark.slow  # a whole design
 def test_ripple_refits_its_order_before_it_loses() -> None:
     """A linear refit about order 11 would promise more than the spring's rival really loses."""
     found = designed("ripple", "spring", limits(0.5))
