@@ -94,7 +94,7 @@ def candidates(robot: Robot) -> tuple[Candidate, ...]:
                 continue
             if effect.identifier in load_dependent() and place.address in passive:  # its friction is all its load
                 continue
-            found += [candidate(effect, place, counts) for counts in _counts(effect)]
+            found += [candidate(effect, place, counts) for counts in counts_of(effect)]
     return tuple(found)
 
 
@@ -108,7 +108,7 @@ def candidate(effect: Effect, place: Place, counts: Mapping[str, float]) -> Cand
     return Candidate(effect.identifier, effect.title, place, linear, shapes, effect.builds_on, tuple(taken))
 
 
-def _counts(effect: Effect) -> list[dict[str, float]]:
+def counts_of(effect: Effect) -> list[dict[str, float]]:
     """All combinations of the whole numbers to be tried; one, without any, for most effects."""
     whole = [p for p in effect.parameters if p.is_count]
     return [dict(zip((p.name for p in whole), values, strict=True)) for values in product(*(p.tried for p in whole))]

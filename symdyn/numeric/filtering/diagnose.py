@@ -27,6 +27,7 @@ from symdyn.numeric.filtering.remembering import Laws, laws_with_memory, suffice
 from symdyn.numeric.filtering.signals import stretch
 from symdyn.numeric.filtering.simpler import simpler
 from symdyn.numeric.filtering.telling import finding
+from symdyn.numeric.filtering.wider import widened
 from symdyn.numeric.findings import Diagnosis, Finding
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.verdict import NEGLIGIBLE
@@ -86,6 +87,12 @@ def _diagnosed(
         rival = max((each.beyond for each in remembering), default=0.0)
         best, tried = step(model, current, alarms, progress, rival, doubt)
         best, tried = unburdened(model, current, best, tried, alarms)
+        wider = None
+        if doubt and current.found != asked:
+            wider = widened(model, current, best, findings, recordings, progress)
+        if wider is not None:
+            model, current, findings = wider
+            continue
         laws: Laws = ()
         if current.found != asked and promises_most(model, current, best, remembering):
             laws = laws_with_memory(model, current, best, remembering, recordings, progress)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
-from symdyn.numeric.candidates import Candidate, fitted_parameters
+from symdyn.numeric.candidates import Candidate, counts_of, fitted_parameters
 from symdyn.numeric.filtering.signals import Signals
 from symdyn.numeric.gearing import turns_with_joint
 from symdyn.physics import catalogue, load_dependent
@@ -25,7 +25,7 @@ DELAY = "input_delay"
 HYSTERESIS = {"dahl_friction": "stiffness", "bouc_wen_hysteresis": "level", "lugre_friction": "stiffness"}  # and size
 WARMING = {"warm_up_friction": "coefficient"}
 MEMORIES = {**HYSTERESIS, **WARMING}
-COUNTS = {"bouc_wen_hysteresis": {"exponent": 2.0}}  # one with an exponent of 1 is Dahl's law, or near it
+MOST = 2.0  # of a whole number that makes it another law, which has a machine of its own
 PHASES = 8  # angles that are tried around the circle
 NO_LIMIT = 1e12  # stands for an infinite limit, which a kernel cannot hold
 SPEEDS = 10  # grid points over the speeds that occur
@@ -77,7 +77,10 @@ def memories(robot: Robot, address: str, laws: Mapping[str, str]) -> tuple[Candi
             linear = tuple(p for p in effect.parameters if p.name == size)
             free = [p for p in effect.parameters if not (p.is_count or p.scan is Scan.ASSUMED)]
             rest = tuple(p for p in free if p.name != size)
-            found.append(Candidate(identifier, effect.title, place, linear, rest, None))
+            for counts in counts_of(effect):
+                if all(count <= MOST for count in counts.values()):
+                    taken = tuple((p, counts[p.name]) for p in effect.parameters if p.name in counts)
+                    found.append(Candidate(identifier, effect.title, place, linear, rest, None, taken))
     return tuple(found)
 
 
@@ -91,7 +94,7 @@ def kept(candidate: Candidate) -> Mapping[str, float]:
     """Parameters of an effect that are taken for given: no recording of a drive tells them, or they are structure."""
     schemas = catalogue()[candidate.effect].parameters
     assumed = {p.name: p.tried[0] for p in schemas if p.scan is Scan.ASSUMED}
-    return {**assumed, **COUNTS.get(candidate.effect, {})}
+    return {**assumed, **dict(candidate.counts)}
 
 
 def augmented(robot: Robot, proposed: Sequence[Candidate]) -> Robot:

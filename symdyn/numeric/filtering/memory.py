@@ -1,29 +1,24 @@
-"""Friction that remembers its motion or its heat: where it would explain what is left; the machine with its state."""
+"""Friction that remembers its motion or its heat: where it would explain what is left."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.filtering.beliefs import Beliefs, untold
 from symdyn.numeric.filtering.explain import remembered
-from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING, memories, without_memory
-from symdyn.numeric.filtering.judged import Explanation, Found, Step, explained, heldout_p_value, price
-from symdyn.numeric.filtering.likelihood import MLFit, fit
+from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING
+from symdyn.numeric.filtering.judged import Explanation
 from symdyn.numeric.filtering.locate import certainly_apart
-from symdyn.numeric.filtering.model import Model, carried, prepare
+from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.filtering.places import Latent
-from symdyn.numeric.filtering.score import Left, Score, whitened
-from symdyn.numeric.filtering.side_by_side import side_by_side
+from symdyn.numeric.filtering.score import Left, whitened
 from symdyn.numeric.filtering.signals import Signals
 from symdyn.numeric.filtering.stiff import unseen_shafts
 from symdyn.numeric.hybrid.compiled import compiled
-from symdyn.numeric.recording import Recording
 from symdyn.physics import catalogue
 from symdyn.spec.effect_schema import Scan
 
@@ -32,8 +27,6 @@ Array = NDArray[np.float64]
 YIELDS = np.geomspace(1e-4, 0.5, 10)  # distances within which friction builds up, of the travel
 _WARM = catalogue()["warm_up_friction"]
 LEAST = 1e-12  # squared speed, over time, of what stands
-FEW = 5  # rounds of a fit from each start
-SLOWEST, SLOW = 0.02, 0.15  # of the usual top speed: where the Stribeck speed of a fit starts
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,129 +131,6 @@ def _warming(v: Array, signals: Signals) -> dict[tuple[float, ...], Array]:
             shape = (summed / c, r * float(np.sum(steps)) / summed)
             found[shape] = v * np.exp(-_rise(v, steps, *shape, scale) / scale)
     return found
-
-
-def with_memory(
-    model: Model,
-    current: Explanation,
-    loop: Lasting,
-    least: float,
-    recordings: tuple[Recording, Recording],
-    progress: Callable[[str], None],
-) -> tuple[tuple[Model, Step], ...]:
-    """Every law that remembers so at that place, fitted in full, best first (BIC).
-
-    What a rough fit finds worth less than ``least``, in nats beyond its price, is given up; and so are all others with
-    the simplest of its kind, whose states tell what a memory is worth.
-    """
-    laws = memories(model.robot, loop.latent.place, loop.laws)
-    if not laws:
-        return ()
-    contained = without_memory(loop.laws)
-    kept = tuple(
-        item
-        for item in current.found
-        if not (item[0].effect in contained and item[0].place.address == loop.latent.place)
-    )
-    speed, only = _top_speed(current, loop), tuple(c.label for c, _ in kept) or ("",)
-
-    def compiled_with(law: Candidate) -> tuple[Model, Candidate]:
-        progress(f"deriving and compiling {model.robot.name} with {law.label}")
-        return prepare(model.robot, *recordings, (*remembered(current), law), only), law
-
-    def tried(item: tuple[Model, Candidate], start: tuple[float, ...]) -> tuple[Model, Step] | None:
-        trial, law = item
-        fitted = _fitted(trial, current, kept, law, start, speed, least)
-        if fitted is None:
-            return None
-        done, beliefs = fitted
-        after = explained(trial, (*kept, (law, None)), beliefs, done)
-        score = Score(law, None, loop.gain, np.zeros(0), len(YIELDS))
-        gain = current.fit.loss - done.loss
-        return trial, Step(score, after, gain, heldout_p_value(current, after), loop.group)
-
-    start: tuple[float, ...] = (loop.level, *loop.shape)
-    steps: list[tuple[Model, Step]] = []
-    if laws[0].effect == "dahl_friction":  # the simplest of its kind: where it ends, the others begin
-        first, laws = laws[0], laws[1:]
-        own = compiled_with(first)
-        progress(f"fitting {first.label}")
-        simplest = tried(own, start)
-        if simplest is None:
-            return ()
-        steps.append(simplest)
-        done = simplest[1].after.fit
-        level, stiffness = (float(done.p[done.bench.index[_name(first, x)]]) for x in ("level", "stiffness"))
-        start = (level, level / stiffness)
-    trials = [compiled_with(law) for law in laws]
-    if trials:
-        progress(f"fitting {' and '.join(law.label for law in laws)}")
-    steps += [step for step in side_by_side(lambda item: tried(item, start), trials) if step is not None]
-    return tuple(sorted(steps, key=lambda item: item[1].after.fit.loss + price(model, item[1].score.candidate)))
-
-
-def with_every_hypothesis(
-    model: Model, step: Step, recordings: tuple[Recording, Recording], progress: Callable[[str], None]
-) -> tuple[Model, Explanation]:
-    """The machine with the law that was found, and all else that may be missing beside it."""
-    progress(f"deriving and compiling {model.robot.name} with every hypothesis and {step.score.candidate.label}")
-    whole = prepare(model.robot, *recordings, remembered(step.after))
-    whole = replace(whole, beliefs=model.beliefs, freed=model.freed, lagging=model.lagging)
-    p, bench = carried(whole, step.after.fit.p, step.after.fit.bench)
-    return whole, explained(whole, step.after.found, step.after.beliefs, fit(bench, p, step.after.beliefs, most=0))
-
-
-def _fitted(
-    trial: Model,
-    current: Explanation,
-    kept: Found,
-    law: Candidate,
-    start: tuple[float, ...],
-    speed: float,
-    least: float,
-) -> tuple[MLFit, Beliefs] | None:
-    """None where the likeliest of a few rounds is worth less than ``least``."""
-    p, bench = carried(trial, current.fit.p, current.fit.bench)
-    gone = {
-        c.parameter(s) for item in current.found if item not in kept for c in item[:1] for s in (*c.linear, *c.shapes)
-    }
-    others = {name: belief for name, belief in current.beliefs.items() if name not in gone}
-    fits = []
-    for values in _starts(law, start, speed):
-        own = p.copy()
-        beliefs = dict(others)
-        for name, value in values.items():
-            own[bench.index[_name(law, name)]] = value
-            beliefs[_name(law, name)] = untold(value)
-        fits.append((fit(bench, own, beliefs, most=FEW), beliefs))
-    first, beliefs = min(fits, key=lambda item: item[0].loss)
-    if current.fit.loss - first.loss - price(trial, law) < least:
-        return None
-    return fit(first.bench, first.p, beliefs), beliefs
-
-
-def _starts(law: Candidate, start: tuple[float, ...], speed: float) -> list[dict[str, float]]:
-    """Where the fit of a law begins: by its size, and its shape."""
-    if law.effect in WARMING:
-        size, capacity, resistance = start
-        return [{"coefficient": size, "heat_capacity": capacity * size, "thermal_resistance": resistance / size}]
-    level, distance = start
-    if law.effect == "dahl_friction":
-        return [{"stiffness": level / distance, "level": level}]
-    if law.effect == "bouc_wen_hysteresis":
-        return [{"level": level, "yield_displacement": distance, "shape": shape} for shape in (0.7, 1.0)]
-    first = {"stiffness": level / distance, "damping": 0.1 * level / speed, "level": level, "excess": 0.3 * level}
-    return [{**first, "stribeck_velocity": part * speed} for part in (SLOWEST, SLOW)]
-
-
-def _name(law: Candidate, parameter: str) -> str:
-    return next(law.parameter(s) for s in (*law.linear, *law.shapes) if s.name == parameter)
-
-
-def _top_speed(current: Explanation, loop: Lasting) -> float:
-    n = len(loop.latent.motion)
-    states = current.fit.bench.filtered(current.fit.p).states
-    return max(float(np.quantile(np.abs(states[:, n : 2 * n] @ loop.latent.motion), 0.95)), 1e-12)
 
 
 @compiled

@@ -20,7 +20,8 @@ from symdyn.numeric.filtering.judged import (
     price_of,
 )
 from symdyn.numeric.filtering.lag import late_sensors, with_lag
-from symdyn.numeric.filtering.memory import Lasting, with_every_hypothesis
+from symdyn.numeric.filtering.memory import Lasting
+from symdyn.numeric.filtering.memory_fits import with_every_hypothesis
 from symdyn.numeric.filtering.model import Freed, Model
 from symdyn.numeric.filtering.remembering import (
     Laws,
@@ -139,7 +140,7 @@ def _freed(
             continue
         if _too_fast(flexible, flexible.freed[-1], after):
             continue
-        if _two_tell_more(owner, best, after, progress):
+        if best is not None and _two_tell_more(model, owner, best, after, recordings, progress):
             return None
         new = flexible.freed[-1]
         values = _values(flexible, after, EFFECT, joint.name)
@@ -188,11 +189,15 @@ def _fixed(model: Model, of: Finding) -> tuple[str, ...]:
     return with_fixed_rotors(model, tuple(dict.fromkeys((*of.group, *joints))), of.effect)
 
 
-def _two_tell_more(model: Model, best: Step | None, flexible: Explanation, progress: Progress) -> bool:
-    """Whether the likeliest effect and another one beside it explain more than a shaft, which has two numbers, too."""
-    if best is None:
-        return False
-    second, _ = step(model, best.after, [], progress)
+def _two_tell_more(
+    model: Model, owner: Model, best: Step, flexible: Explanation, recordings: Recordings, progress: Progress
+) -> bool:
+    """Whether the likeliest effect and another one beside it explain more than a shaft, which has two numbers, too.
+
+    ``owner``, a machine with a law of its own, has no hypothesis beside it.
+    """
+    beside, first = (model, best.after) if owner is model else with_every_hypothesis(model, best, recordings, progress)
+    second, _ = step(beside, first, [], progress)
     return second is not None and second.after.fit.loss < flexible.fit.loss
 
 

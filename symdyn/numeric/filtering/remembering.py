@@ -18,7 +18,8 @@ from symdyn.numeric.filtering.judged import (
     price_of,
     simplest,
 )
-from symdyn.numeric.filtering.memory import Lasting, with_memory
+from symdyn.numeric.filtering.memory import Lasting
+from symdyn.numeric.filtering.memory_fits import with_memory
 from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.recording import Recording
 

@@ -97,6 +97,7 @@ class Concealed:
     stiffness: float = 0.0  # N m/rad of a transmission, which is rigid without
     dahl: float = 0.0  # N m, reached over the distance
     distance: float = 0.05  # rad
+    shape: float = 1.0  # of that loop: below 1 it is Bouc-Wen's, which unloads less steeply than loading began
     unbalance: float = 0.0  # N m at the most, which hangs at rest at the angle 0
     push: float = 0.0  # N m, always the same way
     spring: float = 0.0  # N m/rad, to the angle 0
@@ -142,7 +143,8 @@ def record(
                 table[k, 2] = 0.5 * (before + v)
             applied = u[max(k * FINE + j - behind, 0) // FINE]
             current += h / L * (applied - K_E * v - R * current) / (1.0 + 0.5 * h * R / L)
-            bristle += (np.sign(v) - bristle) * -np.expm1(-abs(v) * h / c.distance)
+            back = (1.0 - c.shape) * (abs(v) * bristle - v * abs(bristle)) * h / c.distance
+            bristle += back - (np.sign(v) - bristle) * np.expm1(-abs(v) * h / c.distance)
             load_speed += h / J_L * (twist - B * load_speed)  # the model's drag is at the joint
             x, load = x + h * v, load + h * load_speed
             shown += h / c.lag * (v - shown) if c.lag else 0.0
