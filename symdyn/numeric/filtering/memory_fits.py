@@ -114,10 +114,12 @@ def with_wider_law(
     What is worth less than ``least`` more than ``current``, in nats beyond its own price, is given up.
     """
     at = simplest.place.address
+    latent = next((each for each in model.latents if each.place == at), None)
+    if latent is None:  # the rotor there became one with its joint since
+        return ()
     wider = {law: size for law, size in HYSTERESIS.items() if simplest.effect in catalogue()[law].generalises}
-    speed = _top_speed(current, next(each for each in model.latents if each.place == at))
     kept = tuple(item for item in current.found if item[0] is not simplest)
-    beside = _Beside(model, current, kept, (at,), 0.0, speed, least, recordings, progress)
+    beside = _Beside(model, current, kept, (at,), 0.0, _top_speed(current, latent), least, recordings, progress)
     return _by_worth(_side_by_side(beside, memories(model.robot, at, wider), _where_it_ends(simplest, current.fit)))
 
 
