@@ -192,18 +192,25 @@ def _known(setting: Setting) -> dict[str, float]:
 
 
 def _by_steps(inquiry: Inquiry, joint: str, size: float, training: bool) -> Array:
-    """(K, n) what rounding the positions of a joint to such steps does to the residual."""
+    """(K, n) what rounding the positions of a joint to such steps does to the residual.
+
+    Where a joint seems to stand either way nothing is counted: the rest stands for that, too.
+    """
     setting, case = inquiry.setting, inquiry.case
     recording = setting.training if training else setting.heldout
     key = recording.key(Quantity.POSITION, joint)
     assert key is not None
-    ends = []
+    counted = (case.laws if training else case.judged).bench.counted != 0.0
+    ends, both = [], counted
     for x in rounded(recording, key, size, motion_above(recording, key, size)):
         shown = replace(recording, channels={**recording.channels, key: x})
         given = (shown, setting.heldout) if training else (setting.training, shown)
         other = replace(setting, training=given[0], heldout=given[1], _shown={}).case(*inquiry.band)
-        ends.append(case.residual(other.laws if training else other.judged, inquiry.current))
-    return np.asarray(ends[1] - ends[0])
+        laws = other.laws if training else other.judged
+        ends.append(case.residual(laws, inquiry.current))
+        both = both & (laws.bench.counted != 0.0)
+    share = np.sum(both, axis=0) / np.maximum(np.sum(counted, axis=0), 1)
+    return np.asarray((ends[1] - ends[0]) * both / np.sqrt(np.where(share > 0.0, share, 1.0)))
 
 
 def _power(residual: Array, of: Explanation, room: NDArray[np.bool_]) -> float:
