@@ -68,9 +68,8 @@ def test_noise_of_positions_is_accounted_for_where_there_is_no_other(robot: Robo
     assert found.times == pytest.approx(1.0, abs=0.25)
 
 
-@pytest.mark.parametrize(
-    ("missing", "nearest"), [pytest.param(detents, {"torque_ripple"}, marks=pytest.mark.slow), (hum, set())]
-)
+@pytest.mark.slow  # whole diagnoses
+@pytest.mark.parametrize(("missing", "nearest"), [(detents, {"torque_ripple"}), (hum, set())])
 def test_what_is_more_than_noise_is_unexplained(robot: Robot, missing: Torque, nearest: set[str]) -> None:
     told = diagnose(robot, record(1, missing), record(2, missing))
     assert told.verdict is Verdict.UNEXPLAINED

@@ -144,6 +144,7 @@ def test_an_effort_of_the_link_beside_one_of_the_motor_is_that_of_a_sensor(robot
     assert any("taken for that of a torque sensor" in alarm for alarm in told.alarms)
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_without_an_effort_of_the_motor_the_links_alone_are_tested(robot: Robot) -> None:
     runs = [changed(recorded(seed, 0.03, 1.2), {}, (EFFORT, "arm", Side.MOTOR)) for seed in (1, 2)]
     told = told_of(robot, *runs)

@@ -81,7 +81,8 @@ def test_an_even_clock_is_left_alone() -> None:
     assert steady(shown) is shown
 
 
-@pytest.mark.parametrize("stamped", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow  # whole diagnoses
+@pytest.mark.parametrize("stamped", [True, False])
 def test_a_trembling_clock_is_no_physics(stamped: bool) -> None:
     complete = diagnose(pendulum(), trembling(1, stamped), trembling(2, stamped))
     assert (complete.verdict, complete.findings) == (Verdict.COMPLETE, ())

@@ -55,6 +55,7 @@ def test_an_offset_has_its_numbers_at_both_ends_of_a_soft_gear() -> None:
     assert offset.value == pytest.approx(told.parameters["offset"].value / RATIO, rel=0.2)
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_friction_of_the_arm_is_none_of_the_motor() -> None:
     """The gear between them shows: no number there would do as well."""
     model, after, told = found("coulomb_friction", run(1, dry=0.8), run(2, dry=0.8))
