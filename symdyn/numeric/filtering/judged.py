@@ -129,10 +129,9 @@ def simplest(model: Model, wide: Step, tried: Sequence[Step]) -> Step:
 
 def _far_behind(model: Model, less: Step, wide: Step) -> bool:
     """Whether a law that leaves hardly more than the sensors' noise is not nearly as likely, on held-out data too."""
-    worth = [s.gain - price(model, s.score.candidate) for s in (less, wide)]
     return (
         tells_all(model, less.after)
-        and worth[0] < LIKELY * worth[1]
+        and worth(model, less) < LIKELY * worth(model, wide)
         and likelihood_p_value(less.after, wide.after) < LEVEL
     )
 
@@ -180,6 +179,11 @@ def alike(chosen: Step, tried: Sequence[Step]) -> tuple[Step, ...]:
         and s.after.heldout < (1.0 + ABOUT) * chosen.after.heldout
         and not certainly_apart(s.after.score, chosen.after.score)
     )
+
+
+def worth(model: Model, of: Step) -> float:
+    """Nats beyond its price."""
+    return of.gain - price(model, of.score.candidate)
 
 
 def price(model: Model, candidate: Candidate) -> float:

@@ -20,7 +20,7 @@ from symdyn.numeric.filtering.judged import (
     heldout_p_value,
     improves,
     likelihood_p_value,
-    price,
+    worth,
 )
 from symdyn.numeric.filtering.model import Model
 
@@ -51,8 +51,8 @@ def reconsidered(
     A fit beside which something is missing, or that began astray, is bent elsewhere: free runs then tell of that and
     not of the hypothesis, and what is taken in its place makes up for it.
     """
-    likeliest = max(tried, key=lambda each: _worth(model, each))
-    if _worth(model, best) >= LIKELY * _worth(model, likeliest) or not _sure(model, current, likeliest):
+    likeliest = max(tried, key=lambda each: worth(model, each))
+    if worth(model, best) >= LIKELY * worth(model, likeliest) or not _sure(model, current, likeliest):
         return best, None
     if not allowed(f"whether {likeliest.score.candidate.label} was refused for something else"):
         return best, None
@@ -68,14 +68,10 @@ def reconsidered(
     return None, pair
 
 
-def _worth(model: Model, of: Step) -> float:
-    return of.gain - price(model, of.score.candidate)
-
-
 def _sure(model: Model, current: Explanation, of: Step) -> bool:
     """Whether a hypothesis raises the likelihood beyond doubt, on held-out data too, and its size is certain."""
     return (
-        _worth(model, of) > WORTH
+        worth(model, of) > WORTH
         and certain(model, of.after, of.score.candidate)
         and likelihood_p_value(current, of.after) < LEVEL
     )

@@ -14,9 +14,9 @@ from symdyn.numeric.filtering.judged import (
     Step,
     certain,
     nothing_left,
-    price,
     price_of,
     simplest,
+    worth,
 )
 from symdyn.numeric.filtering.memory import Lasting
 from symdyn.numeric.filtering.memory_fits import with_memory
@@ -55,7 +55,7 @@ def laws_with_memory(
             continue
         if not allowed(f"friction with memory at {each.latent.place}"):
             break
-        tried = with_memory(model, current, each, LIKELY * _needed(model, best), recordings, progress)
+        tried = with_memory(model, current, each, LIKELY * needed(model, best), recordings, progress)
         good = likelier(tried, current, best)
         if good:
             chosen = simplest(model, good[0][1], [step for _, step in good])
@@ -77,14 +77,14 @@ def _least(model: Model) -> float:
     return WORTH + price_of(model, NUMBERS)
 
 
-def _needed(model: Model, best: Step | None) -> float:
+def needed(model: Model, best: Step | None) -> float:
     """Nats beyond its price that a law must bring beside ``best``."""
-    return WORTH + max(best.gain - price(model, best.score.candidate) if best else 0.0, 0.0)
+    return WORTH + max(worth(model, best) if best else 0.0, 0.0)
 
 
 def _earns(model: Model, current: Explanation, each: Step, best: Step | None) -> bool:
     return (
-        each.gain - price(model, each.score.candidate) > _needed(model, best)
+        worth(model, each) > needed(model, best)
         and each.p_value < LEVEL
         and each.after.heldout < (1.0 - EARNS) * current.heldout
         and certain(model, each.after, each.score.candidate)

@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from symdyn.numeric.filtering.budget import allowed
-from symdyn.numeric.filtering.judged import LIKELY, WORTH, Explanation, Step, certain, improves, price
+from symdyn.numeric.filtering.judged import LIKELY, Explanation, Step, certain, improves, price, worth
 from symdyn.numeric.filtering.memory_fits import SIMPLEST, with_every_hypothesis, with_wider_law
 from symdyn.numeric.filtering.model import Model
+from symdyn.numeric.filtering.remembering import needed
 from symdyn.numeric.filtering.telling import finding
 from symdyn.numeric.findings import Finding
 from symdyn.numeric.recording import Recording
@@ -29,17 +30,17 @@ def widened(
     Asked of what something was found after: until then, all laws were asked. Of two as good on held-out data the
     simplest was taken, beside which what was missing then was as large.
     """
-    needed = WORTH + max(best.gain - price(model, best.score.candidate) if best else 0.0, 0.0)
+    least = needed(model, best)
     for simplest, _ in current.found[:-1]:
         at = simplest.place.address
         if simplest.effect != SIMPLEST or not allowed(f"a wider law in the place of {simplest.label}"):
             continue
         had = price(model, simplest)
-        tried = with_wider_law(model, current, simplest, LIKELY * needed - had, recordings, progress)
+        tried = with_wider_law(model, current, simplest, LIKELY * least - had, recordings, progress)
         good = [
             (own, law)
             for own, law in tried
-            if law.gain - price(own, law.score.candidate) + had > needed
+            if worth(own, law) + had > least
             and improves(current, law.after, law.p_value)
             and certain(own, law.after, law.score.candidate)
         ]
