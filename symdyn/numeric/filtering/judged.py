@@ -117,7 +117,7 @@ def contains(wide: Score, less: Score) -> bool:
 def simplest(model: Model, wide: Step, tried: Sequence[Step]) -> Step:
     """A law that this one contains, at the same place, unless what this one adds earns its place like any effect.
 
-    Where the simpler leaves free runs no room for that, the likelihood decides.
+    Where the wider leaves free runs nothing more to tell, the likelihood decides.
     """
     less = [
         s
@@ -128,9 +128,9 @@ def simplest(model: Model, wide: Step, tried: Sequence[Step]) -> Step:
 
 
 def _far_behind(model: Model, less: Step, wide: Step) -> bool:
-    """Whether a law that leaves hardly more than the sensors' noise is not nearly as likely, on held-out data too."""
+    """Whether a law is not nearly as likely, on held-out data too, as one that leaves only the sensors' noise."""
     return (
-        tells_all(model, less.after)
+        tells_all(model, wide.after)
         and worth(model, less) < LIKELY * worth(model, wide)
         and likelihood_p_value(less.after, wide.after) < LEVEL
     )

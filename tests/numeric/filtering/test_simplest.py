@@ -44,6 +44,12 @@ def test_at_the_noise_of_the_sensors_the_likelihood_decides(monkeypatch: pytest.
     assert chosen(monkeypatch, lugre(4552.0, likelier=0.4), dahl(2425.0)) == "lugre_friction"
 
 
+def test_where_the_wider_law_leaves_only_that_noise_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """LuGre's friction at the motor of a rigid drive: free runs are off by 1.028 of the noise, and by 1.053."""
+    wide, less = lugre(3993.0, 1.028 * NOISE, 0.4), dahl(2783.0, 1.053 * NOISE)
+    assert chosen(monkeypatch, wide, less) == "lugre_friction"
+
+
 @pytest.mark.parametrize(
     ("wide", "less"),
     [
