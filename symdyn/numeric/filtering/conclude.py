@@ -13,7 +13,7 @@ from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.explain import ROUGH, ROUNDS
 from symdyn.numeric.filtering.hypotheses import kept
 from symdyn.numeric.filtering.judged import WORTH, Explanation
-from symdyn.numeric.filtering.law import refuted
+from symdyn.numeric.filtering.law import left_to_follow, refuted
 from symdyn.numeric.filtering.likelihood import ITERATIONS, MLFit, fit
 from symdyn.numeric.filtering.locate import Place, together
 from symdyn.numeric.filtering.model import PRIOR, Freed, Model
@@ -56,7 +56,7 @@ def conclude(
     compile_robot(diagnosed).kernel()  # re-emitted: the diagnosis ends with a kernel that runs
     before, after = (Errors(overall(e.errors[0]), overall(e.errors[1])) for e in (given, final))
     floor = noise_floor(model, final.fit)
-    remaining = that_matters(_remaining(model, final, after, floor), findings, {})
+    remaining = that_matters(left_over(model, final, after, floor), findings, {})
     channels, mismatch = model.heldout.names, beyond(before.heldout, floor.errors.heldout) > SHARE
     moved = _moved(model, final.fit)
     wrong = refuted(model, final) if remaining.structured else ()
@@ -138,20 +138,30 @@ def noise_floor(model: Model, of: MLFit) -> NoiseFloor:
     return NoiseFloor(Errors(overall(training), overall(heldout)), per_channel)
 
 
-def _remaining(model: Model, final: Explanation, after: Errors, floor: NoiseFloor) -> Remaining:
-    """Whether an unknown force would still explain something, and how much of the held-out error is beyond noise."""
+def left_over(model: Model, final: Explanation, after: Errors, floor: NoiseFloor) -> Remaining:
+    """Whether an unknown force would still explain something, and how much of the held-out error is beyond noise.
+
+    One that is let in may tell nothing, as noise of the inputs does its work; what follows the motion is no such noise.
+    """
     unlike_noise = beyond(after.heldout, floor.errors.heldout)
+    gain, matters = _brought_by_force(final, unlike_noise > SHARE), unlike_noise > SHARE
+    place, variable = left_to_follow(model, final) if matters and gain <= WORTH else (None, None)
+    p_value = float(np.exp(-max(gain, WORTH if place else 0.0)))
+    if not (matters and (gain > WORTH or place)):
+        return Remaining(after.heldout, False, 0.0, None, p_value, 0.0)
+    size = math.sqrt(unlike_noise) * after.heldout
+    return Remaining(after.heldout, True, unlike_noise, variable, p_value, size, place)
+
+
+def _brought_by_force(final: Explanation, matters: bool) -> float:
+    """Nats that the unknown force of a fit is worth; 0 where it has none."""
     noise = final.fit.bench.noise
     if len(noise.power) == noise.inputs:
-        return Remaining(after.heldout, False, 0.0, None, 1.0, 0.0)
-    rounds = ITERATIONS if unlike_noise > SHARE else ROUNDS  # the verdict does not hang on it
+        return 0.0
     quiet = final.fit.bench.with_noise(noise.quiet)
+    rounds = ITERATIONS if matters else ROUNDS  # the verdict does not hang on it
     none = fit(quiet, final.fit.p, final.beliefs, settled=ROUGH, most=rounds)
-    gain = none.loss - final.fit.loss
-    p_value = float(np.exp(-max(float(gain), 0.0)))
-    if not (gain > WORTH and unlike_noise > SHARE):
-        return Remaining(after.heldout, False, 0.0, None, p_value, 0.0)
-    return Remaining(after.heldout, True, unlike_noise, None, p_value, math.sqrt(unlike_noise) * after.heldout)
+    return max(float(none.loss - final.fit.loss), 0.0)
 
 
 def _located(

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from symdyn.numeric.filtering.judged import Explanation
 from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.filtering.places import Latent
-from symdyn.numeric.filtering.when import conditions, motion_of
+from symdyn.numeric.filtering.when import conditions, motion_of, when
 from symdyn.numeric.groups import same_place
 from symdyn.physics import law_variables
 
@@ -22,6 +22,7 @@ FOLLOWED = {  # by an unknown force, in the words of its conditions
     "position": "position",
     "angle": "position",
 }
+WORDS = {**FOLLOWED, "reversal": "way since a reversal", "time": "time"}
 
 
 def refuted(model: Model, of: Explanation) -> tuple[tuple[str, str], ...]:
@@ -36,6 +37,16 @@ def refuted(model: Model, of: Explanation) -> tuple[tuple[str, str], ...]:
         variable = _followed(model, of, latent, j) if own and latent.motion.any() else None
         told += [(label, variable) for label, variables in own if variable is not None and variable in variables]
     return tuple(told)
+
+
+def left_to_follow(model: Model, of: Explanation) -> tuple[str | None, str | None]:
+    """The first place at which a force that is left follows the motion, and what it follows most there."""
+    for latent in model.latents:
+        conditions_told = when(model, of, latent)
+        if conditions_told:
+            word = WORDS.get(conditions_told[0].partition(" order")[0])
+            return latent.place, f"{word} of {latent.place}" if word else None
+    return None, None
 
 
 def _unknown(model: Model, of: Explanation) -> list[tuple[int, Latent]]:
