@@ -33,7 +33,7 @@ Each machine starts from a rigid or ideal model, without any of the effects in t
 of this repository; `SYMDYN_DATASETS` names their folder. Nothing in symdyn knows of a rig: models and channel maps are
 in `benchmarks/recordings/`. Errors are relative: the size of the effort's residual over that of the measured effort
 (of the inertia's share, where no effort acts), on recordings or blocks that no fit saw, in the band that the diagnosis
-chose. Intervals are 95 %. Times are processor seconds of one core, kernels compiled before.
+chose. Intervals are 95 %. Times are processor seconds, with all that had to be compiled.
 
     SYMDYN_DATASETS=FOLDER python -m benchmarks.recordings
 """
