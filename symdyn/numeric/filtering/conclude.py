@@ -144,7 +144,8 @@ def left_over(model: Model, final: Explanation, after: Errors, floor: NoiseFloor
     One that is let in may tell nothing, as noise of the inputs does its work; what follows the motion is no such noise.
     """
     unlike_noise = beyond(after.heldout, floor.errors.heldout)
-    gain, matters = _brought_by_force(final, unlike_noise > SHARE), unlike_noise > SHARE
+    matters = unlike_noise > SHARE
+    gain = _brought_by_force(final, matters)
     place, variable = left_to_follow(model, final) if matters and gain <= WORTH else (None, None)
     p_value = float(np.exp(-max(gain, WORTH if place else 0.0)))
     if not (matters and (gain > WORTH or place)):

@@ -1,4 +1,4 @@
-"""Whether a law that was found holds: an unknown force that is left at its own place does not follow its variable."""
+"""What a force that is left follows: the motion, so that it is no noise; the variable of a law, which it refutes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FOLLOWED = {  # by an unknown force, in the words of its conditions
     "position": "position",
     "angle": "position",
 }
-WORDS = {**FOLLOWED, "reversal": "way since a reversal", "time": "time"}
+WORDS = {**FOLLOWED, "reversal": "way since a reversal"}  # of a place
 
 
 def refuted(model: Model, of: Explanation) -> tuple[tuple[str, str], ...]:
@@ -42,10 +42,11 @@ def refuted(model: Model, of: Explanation) -> tuple[tuple[str, str], ...]:
 def left_to_follow(model: Model, of: Explanation) -> tuple[str | None, str | None]:
     """The first place at which a force that is left follows the motion, and what it follows most there."""
     for latent in model.latents:
-        conditions_told = when(model, of, latent)
-        if conditions_told:
-            word = WORDS.get(conditions_told[0].partition(" order")[0])
-            return latent.place, f"{word} of {latent.place}" if word else None
+        told = when(model, of, latent)
+        if told:
+            word = WORDS.get(told[0].partition(" order")[0])
+            alone = "time" if told[0] == "time" else None  # what is always there follows nothing
+            return latent.place, f"{word} of {latent.place}" if word else alone
     return None, None
 
 
