@@ -22,7 +22,8 @@ FOLLOWED = {  # by an unknown force, in the words of its conditions
     "position": "position",
     "angle": "position",
 }
-WORDS = {**FOLLOWED, "reversal": "way since a reversal"}  # of a place
+WORDS = {name: f"{variable} of {{}}" for name, variable in FOLLOWED.items()}  # of a place
+WORDS |= {"reversal": "way since a reversal of {}", "time": "time"}
 
 
 def refuted(model: Model, of: Explanation) -> tuple[tuple[str, str], ...]:
@@ -44,9 +45,8 @@ def left_to_follow(model: Model, of: Explanation) -> tuple[str | None, str | Non
     for latent in model.latents:
         told = when(model, of, latent)
         if told:
-            word = WORDS.get(told[0].partition(" order")[0])
-            alone = "time" if told[0] == "time" else None  # what is always there follows nothing
-            return latent.place, f"{word} of {latent.place}" if word else alone
+            word = WORDS.get(told[0].partition(" order")[0])  # what is always there follows nothing
+            return latent.place, word.format(latent.place) if word else None
     return None, None
 
 

@@ -59,10 +59,10 @@ RATE, COUNT, FINE = 750.0, 3000, 10
 SENSOR = 2e-6  # m
 
 
-def record(path: Path, robot: Robot, seed: int, softer: float, gusts: float) -> Recording:
-    """A mass on a spring that is ``softer`` (N/m) where it goes back; ``gusts`` (N) beside the recorded force.
+def record(path: Path, robot: Robot, seed: int, hysteretic: float, gusts: float) -> Recording:
+    """A mass on a spring, ``hysteretic`` (N/m) of it with hysteresis; ``gusts`` (N) beside the recorded force.
 
-    Hysteresis that stiffens when it is loaded (Wen 1976, beta + gamma < 0) is in no catalogue. Runge and Kutta's rule.
+    It stiffens when it is loaded (Wen 1976, beta + gamma < 0) as no law of the catalogue does. Runge and Kutta's rule.
     """
     rng = np.random.default_rng(seed)
     time = np.arange(COUNT) / RATE
@@ -76,8 +76,8 @@ def record(path: Path, robot: Robot, seed: int, softer: float, gusts: float) -> 
 
     def rate(state: Array, force: float) -> Array:
         x, v, z = state
-        stiffer = softer * v - 1e3 * (0.8 * abs(v) * z - 1.1 * v * abs(z)) if softer else 0.0
-        return np.array([v, (force - B * v - (K - softer) * x - z) / M, stiffer])
+        bends = hysteretic * v - 1e3 * (0.8 * abs(v) * z - 1.1 * v * abs(z)) if hysteretic else 0.0
+        return np.array([v, (force - B * v - (K - hysteretic) * x - z) / M, bends])
 
     for i in range(COUNT - 1):
         y[i] = state[0]
@@ -94,20 +94,20 @@ def record(path: Path, robot: Robot, seed: int, softer: float, gusts: float) -> 
     return read_recording(path, robot.channels)
 
 
-def as_it_is(tmp_path: Path, softer: float, gusts: float) -> tuple[Model, Explanation]:
+def as_it_is(tmp_path: Path, hysteretic: float, gusts: float) -> tuple[Model, Explanation]:
     """The model as given, fitted with noise of its input and without any unknown force."""
     robot = robot_from_text(MODEL, "mount.toml")
-    runs = [record(tmp_path / f"{seed}.csv", robot, seed, softer, gusts) for seed in (1, 2)]
+    runs = [record(tmp_path / f"{seed}.csv", robot, seed, hysteretic, gusts) for seed in (1, 2)]
     model = prepare(robot, runs[0], runs[1], only=("",))
     bench = model.bench(model.training, without_latent(model, model.training), False)
     return model, explained(model, (), model.beliefs, fit(bench, model.values, model.beliefs))
 
 
-@pytest.mark.parametrize(("softer", "gusts", "follows"), [(5e4, 0.0, True), (0.0, 2.0, False)])
+@pytest.mark.parametrize(("hysteretic", "gusts", "follows"), [(5e4, 0.0, True), (0.0, 2.0, False)])
 def test_what_noise_of_an_input_takes_up_is_told_where_it_follows_the_motion(
-    tmp_path: Path, softer: float, gusts: float, follows: bool
+    tmp_path: Path, hysteretic: float, gusts: float, follows: bool
 ) -> None:
-    model, final = as_it_is(tmp_path, softer, gusts)
+    model, final = as_it_is(tmp_path, hysteretic, gusts)
     assert final.fit.bench.noise.power[0] > 100.0 * final.fit.bench.noise.first[0]  # it did that work
     left = left_over(model, final, Errors(final.heldout, final.heldout), noise_floor(model, final.fit))
     assert left.structured is follows
