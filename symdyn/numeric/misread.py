@@ -75,7 +75,7 @@ class Misread:
             if not np.isfinite(step) or abs(step) <= NEAR * float(last.standard_error[-1]):
                 break
             value += step
-            if not LOWEST[self.what] < value < HIGHEST[self.what]:
+            if not LOWEST[self.what] < value < HIGHEST[self.what] or self._always(inquiry, value):
                 return None
         if not last.identifiable[-1]:
             return None
@@ -106,17 +106,23 @@ class Misread:
     def _tells_more(self, before: Inquiry, after: Inquiry) -> bool:
         """A limit leaves less effort to be explained, and of that, too, a smaller part must be unexplained.
 
-        A drive that is always at a limit of nothing would leave nothing, of noise too. And a limit that is not reached
+        A limit of nothing would leave nothing, of noise too (``ALWAYS``). And a limit that is not reached
         where it is judged was not seen there: it took off what was large in training, and let other numbers move.
         """
         if self.what != "limit":
             return True
         reading = after.setting.readings[self.joint]
-        asked = np.abs(reading.effort_gain * before.origin.seen.tau[:, self.joint])
         left = [joint_errors(i.current.heldout, i.case.judge)[self.joint] for i in (before, after)]
         judged = self._setting(before.setting, np.inf).case(*before.band).judge.observation.tau[:, self.joint]
         reached = np.any(np.abs(judged) >= reading.limit)
-        return bool(reached and np.mean(asked >= reading.limit) < ALWAYS and left[1] < left[0])
+        return bool(reached and left[1] < left[0])
+
+    def _always(self, inquiry: Inquiry, value: float) -> bool:
+        """Whether nearly every effort would be at that limit."""
+        if self.what != "limit":
+            return False
+        asked = np.abs(inquiry.setting.readings[self.joint].effort_gain * inquiry.origin.seen.tau[:, self.joint])
+        return bool(np.mean(asked >= value) >= ALWAYS)
 
     def _setting(self, setting: Setting, value: float) -> Setting:
         readings = list(setting.readings)

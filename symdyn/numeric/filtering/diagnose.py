@@ -21,6 +21,7 @@ from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.locate import Place, alone, locate
 from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, carried, holding, prepare, without_latent
+from symdyn.numeric.filtering.one_law import in_one_law
 from symdyn.numeric.filtering.propose import as_fitted, of_structure, promises_most, restructured, stiffened
 from symdyn.numeric.filtering.refused import both, reconsidered
 from symdyn.numeric.filtering.remembering import Laws, laws_with_memory, suffice
@@ -78,8 +79,30 @@ def _diagnosed(
     current = explained(model, (), model.beliefs, fit(bench, p, model.beliefs, most=0))
     findings: list[Finding] = []
     alarms: list[str] = []
-    recordings, asked, begun = (training, heldout), None, None
     least = min(NEGLIGIBLE, LITTLE * given.heldout)
+    merged = True
+    while merged:
+        model, current, findings = _searched(model, current, findings, alarms, least, (training, heldout), progress)
+        current, findings, merged = in_one_law(model, current, findings, progress)
+    told = {c.label for c, _ in current.found}
+    alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]
+    current, findings = _simplified(model, current, findings, progress)
+    current, findings = _reexamined(model, current, findings, alarms)
+    findings = [with_elsewhere(model, current, each) for each in findings]
+    return conclude(model, bare, robot, places, given, current, findings, alarms, (training.name, heldout.name))
+
+
+def _searched(
+    model: Model,
+    current: Explanation,
+    findings: list[Finding],
+    alarms: list[str],
+    least: float,
+    recordings: tuple[Recording, Recording],
+    progress: Progress,
+) -> tuple[Model, Explanation, list[Finding]]:
+    """Effect after effect, until none earns its place any more, or free runs are off by ``least`` at most."""
+    asked, begun = None, None
     while len(findings) < MAX_FINDINGS and current.heldout > least and allowed("what else is missing"):
         doubt = not tells_all(model, current)
         current = sampled(model, current) if doubt else current
@@ -136,12 +159,7 @@ def _diagnosed(
             break
         progress(f"found: {findings[-1].title} at {findings[-1].place}")
         model, current, findings = stiffened(model, current, findings, alarms, recordings, progress)
-    told = {c.label for c, _ in current.found}
-    alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]
-    current, findings = _simplified(model, current, findings, progress)
-    current, findings = _reexamined(model, current, findings, alarms)
-    findings = [with_elsewhere(model, current, each) for each in findings]
-    return conclude(model, bare, robot, places, given, current, findings, alarms, (training.name, heldout.name))
+    return model, current, findings
 
 
 def _compiled(robot: Robot, training: Recording, heldout: Recording, only: Sequence[str] = ()) -> Model:

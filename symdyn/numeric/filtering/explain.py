@@ -151,16 +151,16 @@ def ready(model: Model, current: Explanation) -> list[Candidate]:
     """
     there = [(c.effect, c.place.address) for c, _ in current.found] + [(e.type, e.at) for e in model.robot.effects]
     here = {(effect, at) for effect, place in there for at in same_place(model.robot, place)}
-    drives = {(effect, _joint(at)) for effect, at in here}
+    drives = {(effect, on_drive(at)) for effect, at in here}
     return [
         c
         for c in model.proposed
         if (c.effect, c.place.address) not in here
-        and (c.builds_on is None or (c.builds_on, _joint(c.place.address)) in drives)
+        and (c.builds_on is None or (c.builds_on, on_drive(c.place.address)) in drives)
     ]
 
 
-def _joint(address: str) -> str:
+def on_drive(address: str) -> str:
     return address.partition(".")[0]
 
 
