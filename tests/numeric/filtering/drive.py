@@ -101,6 +101,7 @@ class Concealed:
     unbalance: float = 0.0  # N m at the most, which hangs at rest at the angle 0
     push: float = 0.0  # N m, always the same way
     spring: float = 0.0  # N m/rad, to the angle 0
+    hardening: float = 0.0  # N m/rad^3, to the angle 0
     gusts: float = 0.0  # N m at the most, a tenth of a second each, when nothing of the machine's own calls for them
     late: float = 0.0  # s, of the voltage behind its command
     offset: float = 0.0  # A, of the ammeter
@@ -135,7 +136,8 @@ def record(
         for j in range(FINE):
             before = v
             twist = c.stiffness * (x - load) + 2e-3 * (v - load_speed) if c.stiffness else 0.0
-            torque = K_T * current + c.push + gust[k] - c.dahl * bristle - c.unbalance * np.sin(x) - c.spring * x
+            held = c.unbalance * np.sin(x) + c.spring * x + c.hardening * x**3
+            torque = K_T * current + c.push + gust[k] - c.dahl * bristle - held
             v += h / inertia * (torque - (twist if c.stiffness else B * v))
             dry = c.coulomb * h / inertia
             v = np.sign(v) * max(abs(v) - dry, 0.0)
