@@ -19,7 +19,7 @@ from symdyn.spec.records import Robot
 Array = NDArray[np.float64]
 
 SHAPE_STEPS = 12  # Gauss-Newton steps of the shape parameters
-TURNS = 4  # of a fit with friction by load, in each of which the load follows the last: a turn leaves a tenth
+TURNS = 4  # of a last fit with friction by load, in each of which the load follows: a turn leaves a tenth
 STEPS = 5  # of a fit of all else, between two of those
 SETTLED = 1e-5  # relative fall of the loss below which they have settled
 
@@ -47,8 +47,8 @@ class EffectsFit:
     def settled(self, found: Found, p: Array, state: list[Fitted], weight: Array) -> tuple[Array, list[Fitted]]:
         """Shape parameters by Gauss-Newton around the fit of all others, of which a few steps do until they settle."""
         weighed = p
-        p, state, loss = self._linear(found, p, state, weight, weighed)
         count = sum(len(c.shapes) for c, _ in found)
+        p, state, loss = self._linear(found, p, state, weight, weighed, turns=1 if count else TURNS)
         for _ in range(SHAPE_STEPS if count else 0):
             design = self.design(self.laws, found, p, state)
             residual = self.residual(self.laws, found, p, state)
@@ -59,7 +59,7 @@ class EffectsFit:
                     Fitted(f.coefficients, self._moved(self.laws.room(c, scanned), f.shapes, scale * change))
                     for (c, scanned), f, change in zip(found, state, changes, strict=True)
                 ]
-                trial_p, trial, lower = self._linear(found, p, moved, weight, weighed, STEPS)
+                trial_p, trial, lower = self._linear(found, p, moved, weight, weighed, turns=1, steps=STEPS)
                 if lower < loss:
                     break
             else:
@@ -68,7 +68,7 @@ class EffectsFit:
             if fall <= SETTLED * loss:
                 break
         if count:
-            p, state, _ = self._linear(found, p, state, weight, weighed)
+            p, state, _ = self._linear(found, p, state, weight, weighed, turns=TURNS)
         return p, state
 
     def _step(self, found: Found, state: Sequence[Fitted], design: Array, residual: Array) -> Array:
@@ -104,9 +104,19 @@ class EffectsFit:
         return places
 
     def _linear(
-        self, found: Found, p: Array, state: list[Fitted], weight: Array, weighed: Array, steps: int | None = None
+        self,
+        found: Found,
+        p: Array,
+        state: list[Fitted],
+        weight: Array,
+        weighed: Array,
+        turns: int,
+        steps: int | None = None,
     ) -> tuple[Array, list[Fitted], float]:
-        """Everything but the shapes, fitted: also the loss that is left, with a weight for parameters ``weighed``."""
+        """Everything but the shapes, fitted: also the loss that is left, with a weight for parameters ``weighed``.
+
+        In so many ``turns`` where friction follows the load.
+        """
         limits, known = bounds(self.robot), sizes(self.robot)
         names = [c.parameter(s) for c, _ in found for s in c.linear]
         for candidate, _ in found:
@@ -116,7 +126,7 @@ class EffectsFit:
         names += [f"begun_{i}" for i in range(begun.shape[2])]
         start = np.concatenate([start, np.zeros(begun.shape[2])])
         loaded = any(candidate.effect in load_dependent() for candidate, _ in found)
-        for _ in range(TURNS if loaded else 1):
+        for _ in range(turns if loaded else 1):
             added = np.concatenate([self._added(self.laws, found, state, p), begun], axis=2)
             p, start = minimise(
                 self.laws.bench,
