@@ -49,6 +49,7 @@ class RevisionTrial:
 def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> Inquiry:
     """Effect after effect, until none earns its place any more; ``open_`` revisions compete with them."""
     adopted: list[Revision] = []
+    promised: dict[str, float] = {}  # by revisions that were refused, when they were
     while len(inquiry.findings) < MAX_FINDINGS * len(inquiry.case.joints):
         case, current = inquiry.case, inquiry.current
         if case.nothing_left(current):
@@ -59,7 +60,7 @@ def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> 
         inquiry = inquiry.noting(*(outside_bounds(t) for t in refused))
         step, refusals = first_that_earns(inquiry, earning)
         best = sorted(earning, key=lambda t: t.loss)[:1] if step is not None else []
-        revised = _revised(inquiry, search, open_, best, step, progress)
+        revised = _revised(inquiry, search, open_, best, step, promised, progress)
         if revised is not None:
             inquiry, open_ = revised[0], [r for r in open_ if r is not revised[1]]
             adopted.append(revised[1])
@@ -163,25 +164,29 @@ def _revised(
     open_: Sequence[Revision],
     best: Sequence[Trial],
     effect: tuple[Trial, Explanation] | None,
+    promised: dict[str, float],
     progress: Progress,
 ) -> tuple[Inquiry, Revision] | None:
     """The revision that explains more than chance, and more than the best ``effect``, confirmed on held-out data.
 
     To first order a revision is judged too harshly: what takes half as much off the error as the best effect does
-    is fitted, and then compared.
+    is fitted, and then compared. What was refused is fitted again once it promises more than it ``promised`` then.
     """
     trials = tried_revisions(inquiry, search, open_, best, progress)
     tests = sum(trial.tests for trial in trials)
     stands = log_loss(search.errors)
     least = HALF * max((stands - trial.loss for trial in best), default=0.0)
-    earning = [t for t in trials if t.p_value * tests < LEVEL and stands - t.loss > least]
+    falls = {t.revision.label: stands - t.loss for t in trials}
+    earning = [t for t in trials if t.p_value * tests < LEVEL and falls[t.revision.label] > least]
+    earning = [t for t in earning if falls[t.revision.label] > promised.get(t.revision.label, 0.0)]
     fitted: list[tuple[RevisionTrial, Inquiry]] = []
     for trial in sorted(earning, key=lambda t: t.loss)[:BEST]:
         try:
             after = trial.revision.revised(inquiry, trial.tried)
         except NumericalError:
-            continue
+            after = None
         if after is None or not after.case.earns(inquiry.current, after.current):
+            promised[trial.revision.label] = falls[trial.revision.label]
             continue
         if effect is None or explains_more(inquiry.case, effect[0].candidate, effect[1], after.current, trial.size):
             fitted.append((trial, after))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,16 +13,19 @@ from numpy.typing import NDArray
 from symdyn.compiler import compile_robot, load_robot, robot_from_text
 from symdyn.numeric.candidates import candidates
 from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.explanation import Explanation
 from symdyn.numeric.findings import Estimate, Verdict
-from symdyn.numeric.forward import explains_more, forward
+from symdyn.numeric.forward import _revised, explains_more, forward
 from symdyn.numeric.freed import GravityVector
 from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.misread import ALWAYS, Misread
 from symdyn.numeric.observation import observe
 from symdyn.numeric.proof import proved
 from symdyn.numeric.reading import Reading, declared
 from symdyn.numeric.readings import read
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.revision import revisions
+from symdyn.numeric.search import Search
 from symdyn.numeric.setting import prepare
 from symdyn.spec.edit import add_effect, set_effect, set_gravity
 from symdyn.spec.records import Quantity, Robot, Side
@@ -332,6 +335,61 @@ def test_a_limit_that_the_judging_run_does_not_reach_was_not_seen() -> None:
     assert "effort_saturation" not in [f.effect for f in found.findings]
     there = diagnose(pendulum(), pushed, record(2, lambda t, q, v, a: 25.0 * (np.mod(t, 4.0) < 0.4)))
     assert "effort_saturation" in [f.effect for f in there.findings]
+
+
+def test_a_limit_that_most_efforts_are_beyond_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each fit has it go down by a tenth of the efforts, from half of them on: the fourth would be the last."""
+    setting = prepare(pendulum(), record(1), record(2), lambda _: None)
+    case = setting.case(setting.given())
+    given = case.explain()
+    inquiry = Inquiry(setting, case, given, setting, case, given)
+    (limit,) = (r for r in revisions(setting) if isinstance(r, Misread) and r.what == "limit")
+    efforts = np.abs(setting.seen.tau)
+    limits = [float(np.quantile(efforts, beyond)) for beyond in (0.5, 0.4, 0.3, 0.2, 1.0 - ALWAYS - 1e-3, 0.0)]
+    fits: list[float] = []
+
+    def lower(self: Misread, inquiry: Inquiry, current: Explanation, value: float) -> SimpleNamespace:
+        fits.append(value)
+        step = limits[len(fits)] - value
+        return SimpleNamespace(estimate=[step], standard_error=[1e-6], identifiable=[True])
+
+    monkeypatch.setattr(Misread, "_joint_fit", lower)
+    monkeypatch.setattr(Misread, "_stands", lambda self, setting: limits[0])
+    assert limit.refitted(inquiry) is None
+    assert fits == pytest.approx(limits[:4])
+
+
+def test_a_revision_that_was_refused_is_fitted_again_when_it_promises_more() -> None:
+    """The recording lacks nothing: no revision is confirmed."""
+    setting = prepare(pendulum(), record(1), record(2), lambda _: None)
+    case = setting.case(setting.given())
+    given = case.explain()
+    inquiry = Inquiry(setting, case, given, setting, case, given)
+    search = Search(case.laws, given.fit.p, given.training, given.design, given.weight)
+    asked: list[int] = []
+
+    class Hopeful:
+        """Promises to take off half of what is left, and comes to nothing."""
+
+        key, label = ("encoder", "arm"), "hopeful"
+
+        def columns(self, inquiry: Inquiry) -> list[Array]:
+            half = np.where(np.arange(len(given.training)) % 2, given.training[:, 0], 0.0)
+            return [half[:, None, None]]
+
+        def revised(self, inquiry: Inquiry, tried: int) -> None:
+            asked.append(tried)
+
+        def refitted(self, inquiry: Inquiry) -> None:
+            return None
+
+    promised: dict[str, float] = {}
+    for times in (1, 1):
+        assert _revised(inquiry, search, [Hopeful()], [], None, promised, lambda _: None) is None
+        assert len(asked) == times
+    promised["hopeful"] *= 0.9  # when there was less to take off
+    assert _revised(inquiry, search, [Hopeful()], [], None, promised, lambda _: None) is None
+    assert len(asked) == 2
 
 
 def test_readings_are_taken_back_and_those_of_the_model_are_known() -> None:

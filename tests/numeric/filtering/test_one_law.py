@@ -47,7 +47,9 @@ def test_a_spring_and_an_unbalance_that_look_like_a_hardening_spring_are_one(rob
     assert [c.effect for c, _ in after.found] == [one.effect] == ["hardening_spring"]
     stiffness = one.parameters["stiffness"]
     assert stiffness.se is not None
-    assert abs(stiffness.value - HARDENING) < 4.0 * stiffness.se < 0.25 * HARDENING  # the scale of all forces is as doubtful
+    assert (
+        abs(stiffness.value - HARDENING) < 4.0 * stiffness.se < 0.25 * HARDENING
+    )  # the scale of all forces is as doubtful
     assert after.fit.loss < current.fit.loss + 20.0
     assert one.heldout_after == after.heldout < 0.1 * one.heldout_before
     assert one.p_value < 1e-6
