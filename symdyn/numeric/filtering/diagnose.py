@@ -80,10 +80,11 @@ def _diagnosed(
     findings: list[Finding] = []
     alarms: list[str] = []
     least = min(NEGLIGIBLE, LITTLE * given.heldout)
-    merged = True
-    while merged:
+    for _ in range(MAX_FINDINGS):
         model, current, findings = _searched(model, current, findings, alarms, least, (training, heldout), progress)
         current, findings, merged = in_one_law(model, current, findings, progress)
+        if not merged:
+            break
     told = {c.label for c, _ in current.found}
     alarms = [a for a in alarms if not any(a.startswith(f"{label} ") for label in told)]
     current, findings = _simplified(model, current, findings, progress)
