@@ -15,7 +15,7 @@ from symdyn.numeric.effects_fit import EffectsFit, Fitted, Found
 from symdyn.numeric.findings import Errors, Estimate
 from symdyn.numeric.fitting import Fit, joint_weight, relative_error
 from symdyn.numeric.laws import Laws
-from symdyn.numeric.observation import low_pass
+from symdyn.numeric.observation import KEPT, low_pass
 from symdyn.numeric.position_spectrum import motion_cutoff
 from symdyn.numeric.regression import fit_linear, likelier
 from symdyn.numeric.sampling import left_by_sampling
@@ -157,7 +157,8 @@ class Case:
         """Whether a candidate that ``after`` has beside ``before`` earns its place.
 
         What swings must do so below the frequency at which the motion of its joint sinks into noise: beyond, it is a
-        filter that lets less of the noise of accelerations through. And it swings on what has an inertia, too.
+        filter that lets less of the noise of accelerations through. And where all of that motion is kept: it makes up
+        for what a filter takes off them. And it swings on what has an inertia, too.
         """
         if candidate.swings:
             seen, joint = self.judge.observation, self.laws.joint(candidate)
@@ -166,6 +167,7 @@ class Case:
             if self.bounded(candidate, after) or held < CARRIES * swinging:
                 return False
             known = motion_cutoff(seen.measured[:, [joint]], seen.segments, seen.rate)
+            known = min(known, KEPT * float(seen.motions[joint]))
             rate = self.judge.samples_per_period * self.judge.edge
             before, after = (replace(each, heldout=low_pass(each.heldout, rate, known)) for each in (before, after))
         return self.earns(before, after)

@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 
 BESIDE = 2  # samples on either side that the derivative of a filtered motion is taken from
 FILTER_ORDER = 4  # Butterworth, run forwards and backwards: no phase, order doubled
+KEPT = 0.5  # of a filter's edge: it takes 0.4 % of an amplitude there
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,6 +13,7 @@ from symdyn.numeric.explanation import Case, Explanation, Revised
 from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.noise_floor import in_band, noise_density
+from symdyn.numeric.observation import KEPT
 from symdyn.numeric.search import EARNS
 from symdyn.numeric.setting import Setting
 from symdyn.physics.effect import DISPLACEMENT
@@ -24,7 +25,6 @@ Array = NDArray[np.float64]
 
 MOSTLY = 0.5  # of the power of what is left on held-out data
 LESS = (1.0 - EARNS) ** 2  # of that power
-KNOWN = 0.5  # of the edge of a motion's filter, which takes 0.4 % of an amplitude there
 ENCODER, RESOLUTION = "encoder", "resolution"
 
 
@@ -71,7 +71,7 @@ def ended_at_steps(begun: Inquiry, found: Inquiry) -> Inquiry | None:
     """
     for joint, steps in _coarse(begun.setting):
         edge = begun.case.bench.edge
-        if begun.setting.readings[begun.setting.joints.index(joint)].motion < KNOWN * edge:
+        if begun.setting.readings[begun.setting.joints.index(joint)].motion < KEPT * edge:
             known = _slow(found, edge, steps).explain(found.current.found, found.current)
             if _quicker(found, known, joint, steps.size):
                 case = _slow(begun, edge, steps)
@@ -84,7 +84,7 @@ def ended_at_steps(begun: Inquiry, found: Inquiry) -> Inquiry | None:
 
 def _slow(inquiry: Inquiry, edge: float, steps: Steps) -> Case:
     """That in the band where all of such an encoder's motion is kept."""
-    return inquiry.setting.case(min(edge, KNOWN * steps.motion), inquiry.motion or edge)
+    return inquiry.setting.case(min(edge, KEPT * steps.motion), inquiry.motion or edge)
 
 
 def _quicker_than(joint: str) -> str:

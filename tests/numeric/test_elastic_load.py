@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -9,16 +11,22 @@ from scipy import linalg, signal
 
 from symdyn.compiler import parametric_kernel, robot_from_text
 from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.encoder_steps import coarse
 from symdyn.numeric.findings import Verdict
+from symdyn.numeric.forward import first_that_earns
+from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.memory import remembered
 from symdyn.numeric.recording import Recording
+from symdyn.numeric.search import Search
+from symdyn.numeric.setting import prepare
 from symdyn.numeric.swinging import started, swings
-from symdyn.spec.records import Robot
+from symdyn.spec.records import Quantity, Robot, Side
 
 from .pendulum import recording
 
 Array = NDArray[np.float64]
 
+POSITION = Quantity.POSITION, "arm", Side.LINK
 RATE, DURATION = 500.0, 12.0
 MOTOR, LOAD, DRAG = 0.02, 0.03, 0.05  # kg m^2, kg m^2, N m s/rad
 FREQUENCY, DAMPING = 2.0 * np.pi * 9.0, 0.03  # of the load while the motor is held
@@ -79,6 +87,10 @@ def measured(seed: int, elastic: bool) -> Recording:
     return recording(time, q + rng.normal(0.0, 2e-5, len(q)), tau + rng.normal(0.0, 2e-2, len(q)), f"run {seed}")
 
 
+def in_steps(shown: Recording, step: float) -> Recording:
+    return replace(shown, channels={**shown.channels, POSITION: np.round(shown.channels[POSITION] / step) * step})
+
+
 def test_driven_along_a_motion_it_is_the_linear_system_that_it_is() -> None:
     kernel, time = parametric_kernel(axis(EFFECT)), np.arange(4000) / RATE
     rng = np.random.default_rng(1)
@@ -117,6 +129,24 @@ def test_a_rigid_axis_recorded_almost_without_noise_lacks_nothing() -> None:
     assert found.verdict is Verdict.COMPLETE
     assert not found.findings
     assert found.model["arm_inertia_zz"].value == pytest.approx(MOTOR + LOAD, rel=2e-3)
+
+
+@pytest.mark.parametrize("elastic", [False, True])
+def test_what_makes_up_for_a_filter_of_the_motion_is_no_load(elastic: bool) -> None:
+    """The motion is taken below where it sinks into steps, which is the band's edge: near it accelerations lack what
+    the efforts have.
+    """
+    runs = [in_steps(measured(seed, elastic), 3e-3) for seed in (3, 4)]
+    steps = coarse(runs[1], POSITION)
+    assert steps is not None
+    setting = prepare(axis(), *runs, lambda _: None).below("arm", steps.motion)
+    case = setting.case(steps.motion)
+    given = case.explain()
+    inquiry = Inquiry(setting, case, given, setting, case, given)
+    (load,) = (c for c in setting.proposed if c.effect == "elastic_load")
+    trial = Search(case.laws, given.fit.p, given.training, given.design, given.weight).trial(load)
+    assert trial.p_value < 1e-6  # the training data alone take either for one
+    assert (first_that_earns(inquiry, [trial])[0] is not None) is elastic
 
 
 @pytest.mark.slow
