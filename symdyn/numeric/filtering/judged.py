@@ -108,10 +108,15 @@ def tells_all(model: Model, current: Explanation) -> bool:
 
 
 def contains(wide: Score, less: Score) -> bool:
-    """Whether one law is a special case of another at the same place."""
-    return wide.candidate.place == less.candidate.place and (
-        less.candidate.effect in catalogue()[wide.candidate.effect].generalises
-    )
+    """Whether one law is a special case of another at the same place, or nearly.
+
+    What corrects a law is asked beside it only where that is elsewhere on the drive (``ready``): at its own place it
+    is then that law, where the correction reaches as far as the motion does.
+    """
+    one, other = wide.candidate, less.candidate
+    law = catalogue()[one.effect]
+    corrected = law.builds_on == other.effect and one.size > other.size
+    return one.place == other.place and (other.effect in law.generalises or corrected)
 
 
 def simplest(model: Model, wide: Step, tried: Sequence[Step]) -> Step:

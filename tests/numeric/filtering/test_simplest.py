@@ -65,3 +65,16 @@ def test_else_the_simpler_law_is_told(monkeypatch: pytest.MonkeyPatch, wide: Ste
 def test_what_earns_its_place_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     wide, less = lugre(2600.0, NOISE, 0.4), dahl(2425.0, 1.2 * NOISE)
     assert chosen(monkeypatch, wide, less) == "lugre_friction"
+
+
+def test_a_correction_that_reaches_as_far_as_the_motion_is_the_law_that_it_corrects(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Coulomb friction at the load of the seed's drive, whose model has some at the motor: 59 nats of steps."""
+    stribeck, coulomb = (
+        fitted("stribeck_friction", 2, 5847.2, NOISE, 0.01),
+        fitted("coulomb_friction", 1, 5788.3, NOISE),
+    )
+    assert chosen(monkeypatch, stribeck, coulomb) == "coulomb_friction"
+    viscous = fitted("viscous_friction", 1, 5788.3, NOISE)
+    assert chosen(monkeypatch, fitted("asymmetric_viscous_friction", 1, 5847.2, NOISE), viscous) != "viscous_friction"
