@@ -200,13 +200,17 @@ def _revised(
 
 
 def _simplest(fitted: Sequence[tuple[RevisionTrial, Inquiry]]) -> tuple[RevisionTrial, Inquiry, tuple[Rival, ...]]:
-    """The likeliest, or what it cannot be told from and brings fewer numbers; the others of those are rivals.
+    """The likeliest, or what it cannot be told from, or is not worth its numbers beside, and brings fewer of them; the
+    others of those are rivals.
 
     On a flat arm an encoder that is off at the first joint, and a base that is tilted, are the same.
     """
-    best = min((after.current.training for _, after in fitted), key=log_loss)
-    p_values = [1.0 if a.current.training is best else likelier(a.current.training, best)[1] for _, a in fitted]
-    tied = [(trial, after, p) for (trial, after), p in zip(fitted, p_values, strict=True) if p > TIE]
+    wide, likeliest = min(fitted, key=lambda item: log_loss(item[1].current.training))
+    best, tied = likeliest.current.training, []
+    for trial, after in fitted:
+        gain, p_value = likelier(after.current.training, best) if after is not likeliest else (0.0, 1.0)
+        if p_value > TIE or not _worth(likeliest.case, gain, wide.size - trial.size):
+            tied.append((trial, after, p_value))
     tied.sort(key=lambda item: (item[0].size, log_loss(item[1].current.training)))
     chosen, after, _ = tied[0]
     return chosen, after, tuple(Rival(*trial.revision.key, p) for trial, _, p in tied[1:])
@@ -219,6 +223,11 @@ def explains_more(case: Case, effect: Candidate, explained: Explanation, revised
     gravity's, or a constant force, and one number tells it as well as three.
     """
     gain, p_value = likelier(explained.training, revised.training)
+    lower = log_loss(revised.training) < log_loss(explained.training)
+    return _worth(case, gain, size - effect.size) and gain > 0.0 and p_value < LEVEL and lower
+
+
+def _worth(case: Case, gain: float, numbers: int) -> bool:
+    """Whether a gain of the log-likelihood (per sample, doubled) is worth so many numbers more (Schwarz)."""
     count = independent_samples(case.bench)
-    bought = gain * count < (size - effect.size) * np.log(count)
-    return not bought and gain > 0.0 and p_value < LEVEL and log_loss(revised.training) < log_loss(explained.training)
+    return bool(gain * count >= numbers * np.log(count))

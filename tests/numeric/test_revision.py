@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from types import MappingProxyType, SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from symdyn.numeric.candidates import candidates
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.explanation import Explanation
 from symdyn.numeric.findings import Estimate, Verdict
-from symdyn.numeric.forward import _revised, explains_more, forward
+from symdyn.numeric.forward import _revised, _simplest, explains_more, forward
 from symdyn.numeric.freed import GravityVector
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.misread import ALWAYS, Misread
@@ -390,6 +391,22 @@ def test_a_revision_that_was_refused_is_fitted_again_when_it_promises_more() -> 
     promised["hopeful"] *= 0.9  # when there was less to take off
     assert _revised(inquiry, search, [Hopeful()], [], None, promised, lambda _: None) is None
     assert len(asked) == 2
+
+
+@pytest.mark.parametrize(("independent", "told"), [(400, "encoder"), (20_000, "gravity")])
+def test_numbers_more_must_be_worth_it(monkeypatch: pytest.MonkeyPatch, independent: int, told: str) -> None:
+    """Gravity is likelier than the encoder's offset by a quarter of a percent: beyond chance, for two numbers more."""
+    rng = np.random.default_rng(0)
+    noise, more = rng.normal(size=(2, 20_000, 1))
+    monkeypatch.setattr("symdyn.numeric.forward.independent_samples", lambda bench: independent)
+
+    def fitted(effect: str, size: int, training: Array) -> Any:
+        after = SimpleNamespace(case=SimpleNamespace(bench=None), current=SimpleNamespace(training=training))
+        return SimpleNamespace(revision=SimpleNamespace(key=(effect, "at")), size=size), after
+
+    chosen, _, rivals = _simplest([fitted("encoder", 1, noise + 0.05 * more), fitted("gravity", 3, noise)])
+    assert chosen.revision.key[0] == told
+    assert [r.effect for r in rivals] == (["gravity"] if told == "encoder" else [])
 
 
 def test_readings_are_taken_back_and_those_of_the_model_are_known() -> None:
