@@ -106,8 +106,8 @@ class Misread:
     def _tells_more(self, before: Inquiry, after: Inquiry) -> bool:
         """A limit leaves less effort to be explained, and of that, too, a smaller part must be unexplained.
 
-        A limit of nothing would leave nothing, of noise too (``ALWAYS``). And a limit that is not reached
-        where it is judged was not seen there: it took off what was large in training, and let other numbers move.
+        A limit of nothing would leave nothing, of noise too (``ALWAYS``). And a limit that is not reached where it is
+        judged was not seen there: it took off what was large in training, and let other numbers move.
         """
         if self.what != "limit":
             return True

@@ -1,8 +1,7 @@
-"""What is no force at a joint: an encoder that is off, gravity that is left out, a drive that gives less than asked."""
+"""What is no force at a joint, and which of it is told: gravity that is left out, sensors that show something else."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from types import MappingProxyType, SimpleNamespace
 from typing import Any
@@ -14,12 +13,10 @@ from numpy.typing import NDArray
 from symdyn.compiler import compile_robot, load_robot, robot_from_text
 from symdyn.numeric.candidates import candidates
 from symdyn.numeric.diagnose import diagnose
-from symdyn.numeric.explanation import Explanation
 from symdyn.numeric.findings import Estimate, Verdict
 from symdyn.numeric.forward import _revised, _simplest, explains_more, forward
 from symdyn.numeric.freed import GravityVector
 from symdyn.numeric.inquiry import Inquiry
-from symdyn.numeric.misread import ALWAYS, Misread
 from symdyn.numeric.observation import observe
 from symdyn.numeric.proof import proved
 from symdyn.numeric.reading import Reading, declared
@@ -31,90 +28,10 @@ from symdyn.numeric.setting import prepare
 from symdyn.spec.edit import add_effect, set_effect, set_gravity
 from symdyn.spec.records import Quantity, Robot, Side
 
-from .arm_of_two import ARM_OF_TWO, HARMONICS, run
-from .pendulum import ARM, GRAVITY, MASS, TOML, TURNING, VISCOUS, motion, pendulum, record, recording
+from .arm_of_two import ARM_OF_TWO, run
+from .pendulum import ARM, GRAVITY, MASS, TOML, TURNING, VISCOUS, motion, pendulum, record
 
 Array = NDArray[np.float64]
-
-
-@pytest.mark.slow  # quick: an offset at the first joint, below
-@pytest.mark.parametrize(("fault", "value"), [("offset", 0.09), ("gain", 0.94)])
-def test_an_encoder_that_is_off_is_named_and_set_right(fault: str, value: float) -> None:
-    robot = robot_from_text(ARM_OF_TWO, "two.toml")
-    found = diagnose(robot, run(1, **{fault: value}), run(2, **{fault: value}))
-    assert [(f.effect, f.place) for f in found.findings] == [("encoder", "two")]
-    told = found.findings[0].parameters[fault]
-    assert told.se is not None
-    assert told.value == pytest.approx(value, abs=max(4.0 * told.se, 1e-4))
-    assert not found.remaining.structured
-    assert declared(found.diagnosed)[1] == replace(Reading(), **{fault: pytest.approx(told.value, rel=1e-6)})
-
-
-def in_steps(shown: Recording, step: float, trembling: float | Array = 0.0, joint: str = "two") -> Recording:
-    """Its encoder of that joint has such steps (rad)."""
-    at = Quantity.POSITION, joint, Side.LINK
-    channels = dict(shown.channels)
-    channels[at] = np.round(np.round((channels[at] + trembling) / step) * step, 6)
-    return replace(shown, channels=channels)
-
-
-@pytest.mark.slow  # whole diagnoses
-@pytest.mark.parametrize("count", [1000, 100_000])
-def test_the_steps_of_an_encoder_are_named_where_they_are_most_of_what_is_left(count: int) -> None:
-    """Steps of 2 pi / 1000 hide the noise of the torques; those of 2 pi / 100 000 are hidden by it."""
-    step = 2.0 * math.pi / count
-    runs = [in_steps(run(seed), step) for seed in (1, 2)]
-    found = diagnose(robot_from_text(ARM_OF_TWO, "two.toml"), *runs)
-    coarse = count == 1000
-    assert [(f.effect, f.place) for f in found.findings] == ([("encoder", "two")] if coarse else [])
-    assert not found.remaining.structured
-    if coarse:
-        told = found.findings[0].parameters["resolution"]
-        assert told.se is not None
-        assert told.value == pytest.approx(step, abs=4.0 * told.se)
-        assert told.se < 1e-4 * step
-        assert diagnose(found.diagnosed, *runs).findings == ()  # it is known now
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("shaken", [1e-3, 3e-3])
-def test_what_is_quicker_than_an_encoder_can_tell_is_not_tested(shaken: float) -> None:
-    """It shakes by a part of its steps: the torque of that is most of what is left, and nobody saw the motion."""
-    runs = [in_steps(run(seed, shaken=shaken), 0.012) for seed in (1, 2)]
-    found = diagnose(robot_from_text(ARM_OF_TWO, "two.toml"), *runs)
-    assert [(f.effect, f.place) for f in found.findings] == [("encoder", "two")]
-    assert found.band < 8.0
-    assert any("nothing above" in alarm for alarm in found.alarms), found.alarms
-    assert found.model["b2"].value == pytest.approx(0.12, rel=0.01)
-    assert not found.remaining.structured
-
-
-@pytest.mark.slow
-def test_a_band_that_ended_for_one_joint_does_not_open_for_the_next() -> None:
-    runs = [in_steps(in_steps(run(seed, shaken=3e-3), 0.03), 0.02, joint="one") for seed in (1, 2)]
-    found = diagnose(robot_from_text(ARM_OF_TWO, "two.toml"), *runs)
-    assert {f.effect for f in found.findings} == {"encoder"}
-    assert found.band < 1.0
-    assert not found.remaining.structured
-
-
-@pytest.mark.slow
-def test_an_encoder_that_trembles_by_more_than_its_steps_has_none_that_matter() -> None:
-    rng, step = np.random.default_rng(0), 1e-3
-    runs = [in_steps(run(seed), step, step * rng.standard_normal(10_000)) for seed in (1, 2)]
-    assert diagnose(robot_from_text(ARM_OF_TWO, "two.toml"), *runs).findings == ()
-
-
-@pytest.mark.slow
-def test_an_encoder_is_set_right_beside_a_later_finding() -> None:
-    """Its offset was fitted first, and took up some of what the rotor does."""
-    found = diagnose(robot_from_text(ARM_OF_TWO, "two.toml"), *(run(s, offset=0.07, rotor=0.02) for s in (1, 2)))
-    assert {(f.effect, f.place) for f in found.findings} == {("encoder", "two"), ("added_inertia", "two")}
-    told = {name: e for f in found.findings for name, e in f.parameters.items()}
-    for name, value in (("offset", 0.07), ("inertia", 0.02)):
-        se = told[name].se
-        assert se is not None
-        assert told[name].value == pytest.approx(value, abs=max(4.0 * se, 1e-3 * value))
 
 
 @pytest.mark.slow
@@ -274,90 +191,6 @@ def test_efforts_that_are_late_are_named_beside_gravity() -> None:
     delay = found.findings[1].parameters["delay"]
     assert delay.se is not None
     assert delay.value == pytest.approx(0.016, abs=max(4.0 * delay.se, 2e-4))
-
-
-def swung(seed: int, limit: float, dry: float = 0.0) -> Recording:
-    """A pendulum under a controller whose drive gives no more than a limit; what it asked for is recorded.
-
-    ``dry`` is the level of its Coulomb friction.
-    """
-    rng = np.random.default_rng(seed)
-    step, substeps = 1 / 500.0, 4
-    weight, phase = rng.uniform(0.4, 1.0, 5), rng.uniform(0, 2 * np.pi, 5)
-    weight *= 1.2 / weight.sum()
-    q, v, rows = float(np.sin(phase) @ weight), 0.0, []
-    for k in range(10_000):
-        angle = HARMONICS * (k * step) + phase
-        wanted, speed = float(np.sin(angle) @ weight), float(np.cos(angle) @ (weight * HARMONICS))
-        asked = 60.0 * (wanted - q) + 6.0 * (speed - v)
-        rows.append((q, asked))
-        for _ in range(substeps):
-            given = min(max(asked, -limit), limit)
-            h = step / substeps
-            given -= dry * math.tanh(v / 0.01)
-            a = (given - VISCOUS * v - MASS * GRAVITY * ARM * math.cos(q)) / TURNING
-            v_half = v + 0.5 * h * a
-            q += h * v_half
-            a = (given - VISCOUS * v_half - MASS * GRAVITY * ARM * math.cos(q)) / TURNING
-            v = v_half + 0.5 * h * a
-    shown = np.array(rows)
-    noise = rng.standard_normal((2, len(shown)))
-    # Held over the next sample: what the arm felt around an instant is the mean of two.
-    effort = 0.5 * (np.clip(shown[:, 1], -9e9, 9e9) + np.concatenate([shown[:1, 1], shown[:-1, 1]]))
-    return recording(np.arange(len(shown)) * step, shown[:, 0] + 5e-6 * noise[0], effort + 0.01 * noise[1])
-
-
-# Reached in 25 % and in 86 % of the samples.
-@pytest.mark.slow
-@pytest.mark.parametrize("limit", [5.0, 4.0])
-def test_a_drive_that_gives_less_than_asked_is_named(limit: float) -> None:
-    found = diagnose(pendulum(), swung(1, limit), swung(2, limit))
-    assert [f.effect for f in found.findings] == ["effort_saturation"]
-    assert found.findings[0].parameters["limit"].value == pytest.approx(limit, rel=0.02)
-
-
-@pytest.mark.slow
-def test_a_limit_is_fitted_again_beside_the_friction_that_is_found_after_it() -> None:
-    found = diagnose(pendulum(), swung(1, 6.0, 0.8), swung(2, 6.0, 0.8))
-    assert [f.effect for f in found.findings] == ["effort_saturation", "coulomb_friction"]
-    for finding, name, true in zip(found.findings, ("limit", "level"), (6.0, 0.8), strict=True):
-        told = finding.parameters[name]
-        assert told.se is not None
-        assert abs(told.value - true) < 4.0 * told.se < 0.02 * true
-
-
-@pytest.mark.slow
-def test_a_limit_that_the_judging_run_does_not_reach_was_not_seen() -> None:
-    """Pushes that were asked for and not given, in training alone: a limit there lets the parameters go where they
-    belong, and so helps everywhere.
-    """
-    pushed = record(1, lambda t, q, v, a: 25.0 * (np.mod(t, 4.0) < 0.4))
-    found = diagnose(pendulum(), pushed, record(2, amplitude=0.1))
-    assert "effort_saturation" not in [f.effect for f in found.findings]
-    there = diagnose(pendulum(), pushed, record(2, lambda t, q, v, a: 25.0 * (np.mod(t, 4.0) < 0.4)))
-    assert "effort_saturation" in [f.effect for f in there.findings]
-
-
-def test_a_limit_that_most_efforts_are_beyond_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each fit has it go down by a tenth of the efforts, from half of them on: the fourth would be the last."""
-    setting = prepare(pendulum(), record(1), record(2), lambda _: None)
-    case = setting.case(setting.given())
-    given = case.explain()
-    inquiry = Inquiry(setting, case, given, setting, case, given)
-    (limit,) = (r for r in revisions(setting) if isinstance(r, Misread) and r.what == "limit")
-    efforts = np.abs(setting.seen.tau)
-    limits = [float(np.quantile(efforts, beyond)) for beyond in (0.5, 0.4, 0.3, 0.2, 1.0 - ALWAYS - 1e-3, 0.0)]
-    fits: list[float] = []
-
-    def lower(self: Misread, inquiry: Inquiry, current: Explanation, value: float) -> SimpleNamespace:
-        fits.append(value)
-        step = limits[len(fits)] - value
-        return SimpleNamespace(estimate=[step], standard_error=[1e-6], identifiable=[True])
-
-    monkeypatch.setattr(Misread, "_joint_fit", lower)
-    monkeypatch.setattr(Misread, "_stands", lambda self, setting: limits[0])
-    assert limit.refitted(inquiry) is None
-    assert fits == pytest.approx(limits[:4])
 
 
 def test_a_revision_that_was_refused_is_fitted_again_when_it_promises_more() -> None:

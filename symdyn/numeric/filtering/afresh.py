@@ -20,6 +20,7 @@ from symdyn.numeric.filtering.explain import (
     begun,
     fitted,
     ready,
+    shaped,
 )
 from symdyn.numeric.filtering.graduated import graduated
 from symdyn.numeric.filtering.judged import (
@@ -159,9 +160,7 @@ def afresh(
     none = bench.filtered(p).loss
 
     def begin(score: Score) -> MLFit:
-        start = p.copy()
-        for schema in score.candidate.shapes if score.shape is not None else ():
-            start[bench.index[score.candidate.parameter(schema)]] = score.shape
+        start = shaped(bench, p, score.candidate, score.shape)
         names = dict(beliefs) | candidate_beliefs(score.candidate, score.shape)
         first = begun(bench, start, score.candidate, score.estimate, none)
         return fit(bench, first, names, settled=ROUGH, most=ROUNDS)

@@ -51,9 +51,7 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
     at the values that were given.
     """
     bench = current.fit.bench
-    p = current.fit.p.copy()
-    for schema in candidate.shapes if shape is not None else ():
-        p[bench.index[candidate.parameter(schema)]] = shape
+    p = shaped(bench, current.fit.p, candidate, shape)
     suspects = absorbing(current)
     none = current.fit.loss - penalty(current.fit.p, bench.index, current.beliefs)
     starts = [begun(bench, p, candidate, start, none)]
@@ -67,6 +65,14 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
         return fit(bench, p, beliefs, settled=ROUGH, most=ROUNDS)
 
     return min(side_by_side(roughly, starts), key=lambda fitted: fitted.loss)
+
+
+def shaped(bench: FilterBench, p: Array, candidate: Candidate, shape: float | None) -> Array:
+    """A copy of the parameters with a hypothesis's shape, if it has one."""
+    moved = p.copy()
+    if shape is not None:
+        moved[[bench.index[candidate.parameter(schema)] for schema in candidate.shapes]] = shape
+    return moved
 
 
 def begun(bench: FilterBench, p: Array, candidate: Candidate, expected: Array, none: float | None = None) -> Array:
@@ -151,16 +157,17 @@ def ready(model: Model, current: Explanation) -> list[Candidate]:
     """
     there = [(c.effect, c.place.address) for c, _ in current.found] + [(e.type, e.at) for e in model.robot.effects]
     here = {(effect, at) for effect, place in there for at in same_place(model.robot, place)}
-    drives = {(effect, on_drive(at)) for effect, at in here}
+    drives = {(effect, joint_of(at)) for effect, at in here}
     return [
         c
         for c in model.proposed
         if (c.effect, c.place.address) not in here
-        and (c.builds_on is None or (c.builds_on, on_drive(c.place.address)) in drives)
+        and (c.builds_on is None or (c.builds_on, joint_of(c.place.address)) in drives)
     ]
 
 
-def on_drive(address: str) -> str:
+def joint_of(address: str) -> str:
+    """The joint whose drive an address is part of."""
     return address.partition(".")[0]
 
 

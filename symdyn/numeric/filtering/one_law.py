@@ -14,7 +14,7 @@ import numpy as np
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.budget import allowed
-from symdyn.numeric.filtering.explain import Progress, at_null, begun, fitted, on_drive, ready
+from symdyn.numeric.filtering.explain import Progress, at_null, begun, fitted, joint_of, ready, shaped
 from symdyn.numeric.filtering.judged import (
     LEVEL,
     WORTH,
@@ -57,13 +57,11 @@ def in_one_law(
 
 def _pairs(current: Explanation) -> Iterator[Pair]:
     """Those on one drive, on neither of which anything else builds."""
-    for pair in combinations(current.found, 2):
-        (one, _), (other, _) = pair
-        bases = {(c.builds_on, on_drive(c.place.address)) for c, _ in current.found}
-        if on_drive(one.place.address) == on_drive(other.place.address) and not any(
-            (c.effect, on_drive(c.place.address)) in bases for c in (one, other)
-        ):
-            yield pair
+    bases = {(c.builds_on, joint_of(c.place.address)) for c, _ in current.found}
+    free = [item for item in current.found if (item[0].effect, joint_of(item[0].place.address)) not in bases]
+    for one, other in combinations(free, 2):
+        if joint_of(one[0].place.address) == joint_of(other[0].place.address):
+            yield one, other
 
 
 def _instead(model: Model, current: Explanation, pair: Pair, progress: Progress) -> tuple[Explanation, Step | None]:
@@ -78,9 +76,7 @@ def _instead(model: Model, current: Explanation, pair: Pair, progress: Progress)
     promising = [s for s in ranked if s.gain > max(WORTH, PROMISES * both / 2.0)][:TRIED]
 
     def begin(score: Score) -> MLFit:
-        start = p.copy()
-        for schema in score.candidate.shapes if score.shape is not None else ():
-            start[bench.index[score.candidate.parameter(schema)]] = score.shape
+        start = shaped(bench, p, score.candidate, score.shape)
         own = dict(beliefs) | candidate_beliefs(score.candidate, score.shape)
         return fit(bench, begun(bench, start, score.candidate, score.estimate), own)
 
@@ -101,12 +97,12 @@ def _without(model: Model, current: Explanation, pair: Pair) -> Explanation:
 
 def _smaller(model: Model, rest: Explanation, pair: Pair) -> list[Candidate]:
     """Laws on their drive with fewer numbers than both; neither of the two, which had to earn its place."""
-    drive, numbers = on_drive(pair[0][0].place.address), sum(c.size for c, _ in pair)
+    drive, numbers = joint_of(pair[0][0].place.address), sum(c.size for c, _ in pair)
     asked = {(c.effect, c.place.address) for c, _ in pair}
     return [
         c
         for c in ready(model, rest)
-        if on_drive(c.place.address) == drive and c.size < numbers and (c.effect, c.place.address) not in asked
+        if joint_of(c.place.address) == drive and c.size < numbers and (c.effect, c.place.address) not in asked
     ]
 
 
