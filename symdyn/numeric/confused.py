@@ -24,7 +24,6 @@ Array = NDArray[np.float64]
 Channels = Mapping[ChannelKey, Array]
 
 POOR = 0.1  # held-out error of the model as given, from which on it is asked
-HOPEFUL = 0.8  # times the error at the parameters as given: what does no better there is not fitted
 CURES = 0.3  # times the held-out error of the fit: physics that is missing is not cured by a sign
 DRIVING = (Quantity.EFFORT, Quantity.CURRENT, Quantity.VOLTAGE)
 SLOW, QUICK = 0.02, 1e-4  # s: samples that come later, or sooner, may have their time in another unit
@@ -59,7 +58,7 @@ def check_confused(setting: Setting, case: Case, given: Explanation) -> None:
         bench = other.training_laws(edge).bench
         trials.append((relative_error(bench.residual(start), bench.reference), mistake.what, mistake, other))
     best, _, mistake, other = min(trials, key=lambda trial: trial[:2])
-    if best <= HOPEFUL * usual:
+    if best < usual:
         _refuse_if_cured("SD533", mistake, other, edge, error)
     for mistake in _units(setting):
         _refuse_if_cured("SD506", mistake, _put_right(setting, mistake), edge * mistake.faster, error)

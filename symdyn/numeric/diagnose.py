@@ -225,11 +225,12 @@ def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
     it was in the narrow band, which holds less noise. So it does where efforts are late: every jump leaves something
     quick then, and a friction that remembers would be named for it. Sensors and gravity are no quick matter, and what
     swings would answer to motion that is not seen there.
-    Where nothing was found in the narrow band, the wide one must show more than noise, and what may be quicker than the
-    motion is looked for: a ripple of a high order, and what dry friction does while a joint hardly moves.
+    Where nothing was found in the narrow band, the wide one must show more than noise where an effort acts, and what
+    may be quicker than the motion is looked for: a ripple of a high order, and what dry friction does while a joint
+    hardly moves.
     """
-    edge = inquiry.case.bench.edge
-    if not np.any(inquiry.case.bench.effort) or _ends_at_steps(inquiry):
+    edge, pushed = inquiry.case.bench.edge, np.any(inquiry.case.bench.effort, axis=0)
+    if not pushed.any() or _ends_at_steps(inquiry):
         return inquiry
     cutoff = inquiry.setting.left(inquiry.current)
     if cutoff < WIDER * edge or skew_left(inquiry.case, inquiry.current) is not None:
@@ -237,7 +238,7 @@ def _widened(inquiry: Inquiry, progress: Progress) -> Inquiry:
     case = inquiry.setting.case(cutoff, edge)
     current = case.explain(inquiry.current.found, inquiry.current)
     if not inquiry.findings:
-        share, p_value = slow_share(current.training, case.bench.samples_per_period)
+        share, p_value = slow_share(current.training[:, pushed], case.bench.samples_per_period)
         if share < SHARE or p_value > LEVEL:
             return inquiry
     progress(f"what is left reaches up to {cutoff:.3g} Hz")

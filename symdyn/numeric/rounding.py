@@ -124,7 +124,8 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
     Every encoder has steps. Those that hide something are most of what trembles in its positions, and are looked for at
     the joints where the noise of the efforts leaves them room to be most of what is left. What rounding does there is
     measured: positions, smoothed and rounded again, go to the residual as they are. Where nothing is left, they hide
-    nothing.
+    nothing. Where no effort is measured, noise of positions is all that is ever left: the model learns those steps, and
+    an alarm tells them, but a machine whose rest they are lacks nothing.
     """
     current, room = inquiry.current, _with_room(inquiry)
     if inquiry.case.nothing_left(current):
@@ -176,8 +177,9 @@ def _told(inquiry: Inquiry, joint: str, steps: Steps, share: float, so: str) -> 
     found = Finding(ENCODER, "encoder resolution", joint, {RESOLUTION: estimate}, error, error, 0.0, ())
     words = f"the steps of the encoder at {joint} leave {100.0 * min(share, 1.0):.0f} % of what is left"
     case = replace(case, revised=setting.revised)
-    inquiry = replace(inquiry, setting=setting, case=case, findings=(*inquiry.findings, found))
-    return inquiry.noting(f"{words}: {so}")
+    inquiry = replace(inquiry, setting=setting, case=case).noting(f"{words}: {so}")
+    pushed = bool(np.any(case.bench.effort[:, setting.joints.index(joint)]))
+    return replace(inquiry, findings=(*inquiry.findings, found)) if pushed else inquiry
 
 
 def _known(setting: Setting) -> dict[str, float]:

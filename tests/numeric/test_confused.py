@@ -64,6 +64,14 @@ def test_a_mistake_is_told_with_its_channel(change: Callable[[Channels], Channel
     assert problem.message.startswith(told)
 
 
+def test_a_sign_is_told_where_a_model_with_wrong_numbers_hides_it() -> None:
+    """With half the mass the sign makes 3 % of what the model leaves; once fitted, nearly all of it."""
+    light = robot_from_text(ARM_OF_TWO.replace('m2 = "0.7 kg"', 'm2 = "0.35 kg"'), "two.toml")
+    runs = [mistaken(run(seed), turned(Quantity.POSITION, "two")) for seed in (1, 2)]
+    with pytest.raises(BadRecording, match="the position of 'two' has the other sign"):
+        diagnose(light, *runs)
+
+
 @pytest.mark.parametrize(
     ("factor", "told"),
     [(180.0 / np.pi, "the angles are in degrees, not in rad"), (np.pi / 180.0, "the angles are in rad, not in deg")],

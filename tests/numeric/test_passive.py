@@ -17,7 +17,7 @@ from symdyn.numeric.findings import Verdict
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.observation import observe
 from symdyn.numeric.recording import Recording
-from symdyn.numeric.rounding import ended_at_steps
+from symdyn.numeric.rounding import ended_at_steps, with_resolutions
 from symdyn.numeric.setting import prepare
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.records import Quantity, Robot, Side
@@ -115,7 +115,7 @@ def test_a_force_that_is_held_over_each_sample_is_no_fault(robot: Robot) -> None
 @pytest.mark.slow
 def test_noise_of_a_passive_joint_makes_it_no_lighter(robot: Robot) -> None:
     found = diagnose(robot, record(1, 0.8), record(2, 0.8))
-    (finding,) = [f for f in found.findings if f.effect != "encoder"]
+    (finding,) = found.findings
     assert (finding.effect, finding.place) == ("coulomb_friction", "cart")
     assert finding.parameters["level"].value == pytest.approx(0.8, rel=0.05)
     values = {name: estimate.value for name, estimate in found.model.items()}
@@ -141,6 +141,18 @@ def test_what_an_encoder_does_not_show_is_not_tested_once_it_is_known_what_its_j
     assert again.case.bench.edge < 5.0
     assert again.given is again.current
     assert "what is left at pole is quicker than its encoder can tell" in again.alarms[-1]
+
+
+def test_steps_are_all_that_is_left_where_nothing_drives_and_no_physics(robot: Robot) -> None:
+    setting = prepare(robot, record(1), record(2), lambda _: None)
+    case = setting.case(10.0)
+    given = case.explain()
+    told = with_resolutions(Inquiry(setting, case, given, setting, case, given))
+    assert told.alarms
+    assert told.alarms[0].startswith("the steps of the encoder at pole leave")
+    assert not told.findings
+    (revised,) = told.case.revised  # the new model has them all the same
+    assert revised.values["resolution"].value == pytest.approx(STEPS["pole"])
 
 
 def test_inertia_of_a_passive_joint_and_its_slopes(robot: Robot) -> None:
