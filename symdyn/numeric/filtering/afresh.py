@@ -35,7 +35,7 @@ from symdyn.numeric.filtering.judged import (
     tells_all,
     that_earns,
 )
-from symdyn.numeric.filtering.late import absorbing
+from symdyn.numeric.filtering.late import absorbing, the_other_way
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent
 from symdyn.numeric.filtering.score import Score, scores
@@ -65,7 +65,8 @@ def relieved(model: Model, current: Explanation, progress: Progress) -> Explanat
     starts = [(quiet, p)]
     if far:
         clear, near = graduated(model, bench, p, beliefs)
-        starts += [(clear, near), (clear.with_inputs(not bench.held), near)]
+        other = clear.with_inputs(not bench.held)
+        starts += [(clear, near), (other, the_other_way(other, near))]
 
     def without_force() -> MLFit:
         return let_in(current.fit.bench.noise, likeliest(starts, beliefs), beliefs)

@@ -25,7 +25,7 @@ from symdyn.numeric.filtering.judged import (
     price,
     that_earns,
 )
-from symdyn.numeric.filtering.late import absorbing, late, put_back
+from symdyn.numeric.filtering.late import absorbing, late, put_back, the_other_way
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs
 from symdyn.numeric.filtering.score import Score, scores
@@ -239,14 +239,15 @@ def sampled(model: Model, current: Explanation) -> Explanation:
 
     Either looks like half a step of delay to the other; so it is tried where a delay would gain something, where the
     circuit may have absorbed it, or where the other is likelier as it is: with an unknown force beside it, a delay
-    gains nothing.
+    gains nothing. A delay that was found is moved by that half step.
     """
     late = [c for c in model.proposed if c.effect == DELAY]
-    bench, p = current.fit.bench, current.fit.p
+    bench = current.fit.bench
     suspects = set(absorbing(current)) & model.electrical
     other_way = model.bench(model.training, bench.noise, not bench.held)
-    likelier = other_way.filtered(p).loss < bench.filtered(p).loss
-    found = [] if likelier or suspects else scores(bench, p, tuple(current.beliefs), late)
+    p = the_other_way(other_way, current.fit.p)
+    likelier = other_way.filtered(p).loss < bench.filtered(current.fit.p).loss
+    found = [] if likelier or suspects else scores(bench, current.fit.p, tuple(current.beliefs), late)
     if not (likelier or suspects or (found and found[0].gain >= WORTH)):
         return current
     starts = [p, *([put_back(current, p)] if suspects else [])]

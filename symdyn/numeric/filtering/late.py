@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.beliefs import Beliefs
+from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 
 Array = NDArray[np.float64]
@@ -58,3 +59,15 @@ def late(current: Fitted, p: Array, name: str) -> Array:
     tried.sort(key=lambda item: item[:2])
     fits = [fit(bench, start, beliefs, most=FEW) for start in (p, *(t[2] for t in tried[:LIKELIEST]))]
     return min(fits, key=lambda f: f.loss).p
+
+
+def the_other_way(bench: FilterBench, p: Array) -> Array:
+    """The parameters for a bench whose inputs are held between samples where they went straight, or vice versa.
+
+    What is held is half a step late by itself: delays that were found are moved by that.
+    """
+    moved, by = p.copy(), 0.5 * float(np.nanmedian(bench.signals.steps))
+    for i in (bench.index[name] for name in bench.delays):
+        if p[i] > 0.0:
+            moved[i] = max(p[i] - by if bench.held else p[i] + by, 0.0)
+    return moved

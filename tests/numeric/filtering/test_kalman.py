@@ -14,6 +14,7 @@ from symdyn.derive.coordinates import coordinates
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.beliefs import Belief, penalty
 from symdyn.numeric.filtering.bench import DEAF, FilterBench, Noise
+from symdyn.numeric.filtering.late import the_other_way
 from symdyn.numeric.filtering.measure import SURPRISE
 from symdyn.numeric.filtering.noise_step import noise_step
 from symdyn.numeric.filtering.scale import as_believed, of_force
@@ -215,6 +216,16 @@ def test_a_held_input_that_is_late_by_a_part_of_a_sample_jumps_there(kernel: Ker
     done = bench.filtered(p)
     expected = plain.filtered(linear(kernel))
     np.testing.assert_allclose(done.innovations, expected.innovations[::4], rtol=1e-7, atol=1e-9)
+
+
+def test_a_held_input_is_half_a_sample_late_by_itself(kernel: Kernel) -> None:
+    """A delay that was found goes along when inputs are held instead of straight, and none becomes negative."""
+    straight = FilterBench(kernel, made(kernel), noise(kernel, 0), False, delays=("late", "later"))
+    p = np.append(linear(kernel), [0.2 * STEP, 3.5 * STEP])
+    held = the_other_way(straight.with_inputs(True), p)
+    np.testing.assert_allclose(held[-2:], [0.0, 3.0 * STEP])
+    np.testing.assert_allclose(the_other_way(straight, held)[-2:], [0.0, 3.5 * STEP])  # one that is not there stays so
+    np.testing.assert_array_equal(held[:-2], p[:-2])
 
 
 def test_a_force_with_a_course_of_its_own_is_a_parameter_that_changes(kernel: Kernel) -> None:
