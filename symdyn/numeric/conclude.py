@@ -29,6 +29,7 @@ from symdyn.numeric.skew import skew_left
 from symdyn.numeric.standstill import admissible_residual
 from symdyn.numeric.verdict import EXPLAINED, HOLDS, that_matters, verdict_of
 from symdyn.numeric.workbench import Workbench
+from symdyn.physics import in_stages
 from symdyn.spec.edit import add_effect, set_effect, set_parameter
 from symdyn.spec.records import Robot
 
@@ -150,10 +151,9 @@ def specification(case: Case, final: Explanation, part: Part) -> Robot:
     for candidate, _ in final.found:
         values = {k: e.written for k, e in case.parameters(candidate, final).items()}
         text = add_effect(text, candidate.effect, part.place(candidate.effect, candidate.place.address), values, FOUND)
-    for revised in case.revised:
-        if revised.values:
-            values = {k: e.written for k, e in revised.values.items()}
-            text = set_effect(text, revised.effect, part.place(revised.effect, revised.place), values, FOUND)
+    for revised in in_stages(r for r in case.revised if r.values):
+        values = {k: e.written for k, e in revised.values.items()}
+        text = set_effect(text, revised.effect, part.place(revised.effect, revised.place), values, FOUND)
     return robot_from_text(text, file)
 
 

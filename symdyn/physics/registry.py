@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
+from typing import Protocol, TypeVar
 
 from symdyn.base import symbols
 from symdyn.physics import effects
@@ -27,6 +28,21 @@ def catalogue() -> Mapping[str, Effect]:
 
 def effect(identifier: str) -> Effect:
     return catalogue()[identifier]
+
+
+class Typed(Protocol):
+    """What stands for an effect of that type somewhere."""
+
+    @property
+    def effect(self) -> str: ...
+
+
+Of = TypeVar("Of", bound=Typed)
+
+
+def in_stages(found: Iterable[Of]) -> list[Of]:
+    """In the order in which a diagnosis adds them to a model: stages that a signal passes early come first."""
+    return sorted(found, key=lambda each: effect(each.effect).stage)
 
 
 @cache

@@ -31,7 +31,7 @@ from symdyn.numeric.findings import (
     Verdict,
 )
 from symdyn.numeric.verdict import ALL, EXPLAINED, HOLDS, that_matters, verdict_of
-from symdyn.physics import catalogue
+from symdyn.physics import catalogue, in_stages
 from symdyn.spec.edit import add_effect, free_rotor, set_effect, set_parameter
 from symdyn.spec.records import JOINT_END, Robot
 
@@ -100,7 +100,7 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
     for late in model.lagging:
         value = estimate(model, final.fit, late.parameter).written
         text = set_effect(text, late.effect, late.at, {late.name: value})
-    for candidate, _ in final.found:
+    for candidate in in_stages(candidate for candidate, _ in final.found):
         values = {k: e.written for k, e in parameters(model, final, candidate).items()}
         text = add_effect(text, candidate.effect, candidate.place.address, values, "found by symdyn diagnose")
     return robot_from_text(text, file)

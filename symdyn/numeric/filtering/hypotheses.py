@@ -14,7 +14,7 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, counts_of, fitted_parameters
 from symdyn.numeric.filtering.signals import Signals
 from symdyn.numeric.gearing import turns_with_joint
-from symdyn.physics import catalogue, load_dependent
+from symdyn.physics import catalogue, in_stages, load_dependent
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
 from symdyn.spec.records import EffectSpec, Monomial, Motion, Parameter, PlaceKind, Robot
@@ -100,7 +100,7 @@ def kept(candidate: Candidate) -> Mapping[str, float]:
 def augmented(robot: Robot, proposed: Sequence[Candidate]) -> Robot:
     """The robot with every candidate attached at its null value: one kernel serves all hypotheses."""
     effects, parameters = list(robot.effects), list(robot.parameters)
-    for candidate in proposed:
+    for candidate in in_stages(proposed):
         values = []
         if candidate.effect == DELAY:
             continue  # the recorded input is shifted instead

@@ -25,6 +25,7 @@ class AmplifierDeadZone(Effect):
         ParameterSchema("half_width", {Motion.ELECTRICAL: "V"}, "U_d", "largest input without output", lower=0.0),
     )
     proposable = True
+    stage = 3  # one that is not the same both ways is that of an input with an offset
     source = "Slotine and Li 1991, Applied Nonlinear Control, section 5.2"
     signature = "odd distortion that fades with amplitude"
 

@@ -22,6 +22,7 @@ class AmplifierGain(Effect):
     motions = ELECTRICAL
     parameters = (ParameterSchema("gain", {Motion.ELECTRICAL: "1"}, "G", "output per input", null=1.0),)
     proposable = True
+    stage = 1
     source = "van de Ven 1986, fig. 8"
     signature = "a calibration: all voltages off by one factor"
 

@@ -22,6 +22,7 @@ class AmplifierOffset(Effect):
     motions = ELECTRICAL
     parameters = (ParameterSchema("offset", {Motion.ELECTRICAL: "V"}, "U_0", "output without input"),)
     proposable = True
+    stage = 2
     source = "van de Ven 1986, fig. 8"
     signature = "the machine creeps, or stands with a current"
 

@@ -26,6 +26,7 @@ class AmplifierSaturation(Effect):
         ParameterSchema("limit", {Motion.ELECTRICAL: "V"}, r"U_{\max}", "largest output", null=math.inf, lower=0.0),
     )
     proposable = True
+    stage = 4
     source = "van de Ven 1986, fig. 8"
     signature = "voltage stands at a constant while the input goes on"
 

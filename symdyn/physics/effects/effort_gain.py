@@ -28,6 +28,7 @@ class EffortGain(Effect):
             "gain", same_unit("1"), r"G_{\tau}", "effort that acts, per effort that is shown", null=1.0, nonzero=True
         ),
     )
+    stage = 1
     source = "Gautier and Briot 2014, Global identification of joint drive gains and dynamic parameters of robots"
     signature = "effort off by a factor, which the other joints' efforts contradict"
     rivals = ("amplifier_gain",)

@@ -22,6 +22,7 @@ class EffortSaturation(Effect):
     title = "effort saturation"
     attaches_to = frozenset({PlaceKind.JOINT})
     parameters = (ParameterSchema("limit", EFFORT, r"\tau_{\max}", "largest effort", null=math.inf, lower=0.0),)
+    stage = 4
     source = "Slotine and Li 1991, Applied Nonlinear Control, section 5.2"
     signature = "effort stands at a constant while the input goes on"
     rivals = ("amplifier_saturation",)

@@ -106,6 +106,8 @@ class Concealed:
     late: float = 0.0  # s, of the voltage behind its command
     offset: float = 0.0  # A, of the ammeter
     lag: float = 0.0  # s, of the tachometer
+    bias: float = 0.0  # V, that the amplifier adds to its command
+    dead: float = 0.0  # V, by which its output falls short of that
 
 
 def record(
@@ -143,7 +145,8 @@ def record(
             v = np.sign(v) * max(abs(v) - dry, 0.0)
             if j == 0 and not c.lag:
                 table[k, 2] = 0.5 * (before + v)
-            applied = u[max(k * FINE + j - behind, 0) // FINE]
+            applied = u[max(k * FINE + j - behind, 0) // FINE] + c.bias
+            applied = np.sign(applied) * max(abs(applied) - c.dead, 0.0)
             current += h / L * (applied - K_E * v - R * current) / (1.0 + 0.5 * h * R / L)
             back = (1.0 - c.shape) * (abs(v) * bristle - v * abs(bristle)) * h / c.distance
             bristle += back - (np.sign(v) - bristle) * np.expm1(-abs(v) * h / c.distance)
