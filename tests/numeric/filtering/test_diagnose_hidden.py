@@ -100,13 +100,17 @@ def test_an_ammeter_that_is_off_is_no_offset_of_the_amplifier(robot: Robot, tmp_
 def test_a_dead_zone_that_differs_by_direction_is_that_of_an_input_with_an_offset(
     robot: Robot, tmp_path: Path
 ) -> None:
-    found = diagnosed(robot, tmp_path, bias=0.6, dead=0.9)
+    runs = [record(tmp_path / f"{seed}.csv", robot, seed, bias=0.6, dead=0.9) for seed in (1, 2)]
+    found = diagnose(robot, *runs)
     told = {f.effect: f.parameters for f in found.findings}
     assert set(told) == {"amplifier_offset", "amplifier_dead_zone"}
     assert told["amplifier_offset"]["offset"].value == pytest.approx(0.6, rel=0.02)
     assert told["amplifier_dead_zone"]["half_width"].value == pytest.approx(0.9, rel=0.02)
     text = found.diagnosed.text
     assert text.index("amplifier_offset") < text.index("amplifier_dead_zone")  # the order in which the input passes
+    again = diagnose(found.diagnosed, *runs, hold=("*",))  # the new model does what the fit did
+    assert again.verdict is Verdict.COMPLETE
+    assert again.before.heldout == pytest.approx(found.after.heldout, rel=0.05)
 
 
 @pytest.mark.slow  # a machine that reacts late looks like one with a large inductance first: long fits
