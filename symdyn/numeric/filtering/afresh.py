@@ -157,7 +157,8 @@ def afresh(
     bench, p = as_given(model, current)
     bench, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
     ranked = scores(bench, p, tuple(beliefs), that_show(model, current, ready(model, current)), progress)
-    promising = [s for s in ranked if s.gain > max(WORTH, PROMISING * ranked[0].gain)][:TRIED]
+    least = max(WORTH, PROMISING * max((s.gain for s in ranked), default=0.0))
+    promising = [s for s in ranked if s.gain > least][:TRIED]
     none = bench.filtered(p).loss
 
     def begin(score: Score) -> MLFit:

@@ -57,7 +57,7 @@ def conclude(
     before, after = (Errors(overall(e.errors[0]), overall(e.errors[1])) for e in (given, final))
     floor = noise_floor(model, final.fit)
     remaining = that_matters(left_over(model, final, after, floor), findings, {})
-    channels, mismatch = model.heldout.names, beyond(before.heldout, floor.errors.heldout) > SHARE
+    channels, mismatch = model.heldout.judged, beyond(before.heldout, floor.errors.heldout) > SHARE
     moved = _moved(model, final.fit)
     wrong = refuted(model, final) if remaining.structured else ()
     verdict = verdict_of(findings, remaining, before, after, ALL if moved else HOLDS if wrong else EXPLAINED)
@@ -133,7 +133,7 @@ def estimate(model: Model, of: MLFit, name: str) -> Estimate:
 def noise_floor(model: Model, of: MLFit) -> NoiseFloor:
     """What the sensors' noise alone would leave of the free-run error."""
     training, heldout = (noise_alone(signals, of.bench.noise.r) for signals in (model.training, model.heldout))
-    channels = zip(model.training.names, training, heldout, strict=True)
+    channels = zip(model.training.judged, training, heldout, strict=True)
     per_channel: Mapping[str, Errors] = {name: Errors(float(a), float(b)) for name, a, b in channels}
     return NoiseFloor(Errors(overall(training), overall(heldout)), per_channel)
 

@@ -185,7 +185,8 @@ def _uncovered(current: Explanation, hypotheses: Sequence[Candidate], progress: 
     bench = current.fit.bench
     quiet = bench.with_noise(bench.noise.quiet)
     ranked = scores(quiet, current.fit.p, tuple(current.beliefs), hypotheses, progress)
-    return [s for s in ranked if s.gain > max(WORTH, PROMISING * ranked[0].gain)][:TRIED]
+    least = max(WORTH, PROMISING * max((s.gain for s in ranked), default=0.0))
+    return [s for s in ranked if s.gain > least][:TRIED]
 
 
 def fitted(

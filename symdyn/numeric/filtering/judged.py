@@ -15,7 +15,7 @@ from symdyn.numeric.filtering.likelihood import MLFit
 from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.filtering.score import Score
-from symdyn.numeric.filtering.windows import free_runs, noise_alone, overall, relative_errors, sizes
+from symdyn.numeric.filtering.windows import free_runs, noise_alone, off, overall, relative_errors
 from symdyn.numeric.regression import encompassing, long_run_covariance
 from symdyn.physics import catalogue
 
@@ -38,9 +38,9 @@ class Explanation:
     beliefs: Beliefs
     fit: MLFit
     score: Array  # (N,) log-likelihood of each held-out sample
-    errors: tuple[Array, Array]  # (m,) free-run errors: training, held out
+    errors: tuple[Array, Array]  # (m + t,) free-run errors of channels and twists: training, held out
     predicted: Array  # (N, m) held-out free runs
-    off: Array  # (N, m) their errors, relative to how far each channel moves
+    off: Array  # (N, m + t) their errors, relative to how far each channel moves
 
     @property
     def heldout(self) -> float:
@@ -65,8 +65,8 @@ def explained(model: Model, found: Found, beliefs: Beliefs, fitted: MLFit) -> Ex
     score = -0.5 * np.sum(done.white**2 + np.log(done.variances), axis=1)
     predicted = free_runs(judge, fitted.p)
     training = relative_errors(fitted.bench, free_runs(fitted.bench, fitted.p))
-    off = (judge.signals.y - predicted) / sizes(judge.signals)
-    return Explanation(found, beliefs, fitted, score, (training, relative_errors(judge, predicted)), predicted, off)
+    errors = training, relative_errors(judge, predicted)
+    return Explanation(found, beliefs, fitted, score, errors, predicted, off(judge.signals, predicted))
 
 
 def that_earns(

@@ -22,6 +22,7 @@ PATIENCE, HASTY = (
     64,
     2.0**-6,
 )  # pieces of one step, after which none is shorter than that: what chatters is not followed
+STIFFEST = 1e9  # settlings within a piece: what stands as a force hits it has no slope, and that no exponential
 
 
 @compiled
@@ -68,8 +69,8 @@ def bent(
 
 
 @compiled
-def stiffen(a: Array, x: Array, there: Array, rate: Array, arrived: Array, u_there: Array, u: Array) -> None:
-    """Let ``a`` foretell the rate ``arrived`` at ``there``, where it fell short: the secant in place of the slope.
+def stiffen(a: Array, x: Array, there: Array, rate: Array, arrived: Array, u_there: Array, u: Array, h: float) -> None:
+    """Let ``a`` foretell the rate ``arrived`` at ``there``, ``h`` s later, where it fell short: by the secant.
 
     Friction that turns within a piece stops the body there and then; a slope beside the turn would throw it across.
     """
@@ -81,7 +82,7 @@ def stiffen(a: Array, x: Array, there: Array, rate: Array, arrived: Array, u_the
         for j in range(nu):
             off -= a[i, n + j] * (u_there[j] - u[j])
         if off * (there[i] - x[i]) < 0.0:
-            a[i, i] += off / (there[i] - x[i])
+            a[i, i] += max(off / (there[i] - x[i]), -STIFFEST / h)
 
 
 @compiled
@@ -117,7 +118,7 @@ def reach(
                 f, f_x, x, u, slope_u, p, rate, push, a, ladder[rung, 1], whole * part, KINK, 1.0, usual,
                 there, ahead, arrived, by_x,
             ):  # fmt: skip
-                stiffen(a, x, there, rate, arrived, ahead, u)
+                stiffen(a, x, there, rate, arrived, ahead, u, whole * part)
                 transition(a, na, whole * part, ramped, ladder[rung:], term, space)
             return part, rung
         built = False

@@ -18,6 +18,7 @@ from symdyn.numeric.filtering.gears import usual_speeds
 from symdyn.numeric.filtering.hypotheses import augmented, delays, free_parameters, hypotheses
 from symdyn.numeric.filtering.places import Latent, is_push, latents
 from symdyn.numeric.filtering.signals import Signals, seen_by, signals
+from symdyn.numeric.filtering.twists import with_twists
 from symdyn.numeric.gearing import joint_of, number
 from symdyn.numeric.recording import Recording
 from symdyn.spec.effect_schema import Scan
@@ -110,7 +111,7 @@ def prepare(
     kernel = compile_robot(whole, widths).kernel()
     return Model(
         seen, kernel, proposed, latents(seen, kernel, proposed), _beliefs(seen, kernel),
-        signals(seen, kernel, training), signals(seen, kernel, heldout), delays(kernel, proposed),
+        *with_twists(signals(seen, kernel, training), signals(seen, kernel, heldout)), delays(kernel, proposed),
     )  # fmt: skip
 
 

@@ -47,10 +47,12 @@ def scores(
     """Every hypothesis, best first; the parameters ``own`` that are fitted anyway count as explained already.
 
     Rao's test: half the fall of the sum of squared innovations when the effect's columns are added,
-    linearised at its null value, for every value of its shape parameter.
+    linearised at its null value, for every value of its shape parameter. None at all where the filter loses its way.
     """
     n = len(bench.kernel.coordinates)
     base = bench.filtered(p)
+    if not np.isfinite(base.loss):
+        return []
     speeds = dict(
         zip(bench.kernel.coordinates, np.quantile(np.abs(base.states[:, n : 2 * n]), 0.99, axis=0), strict=True)
     )

@@ -30,7 +30,8 @@ class Signals:
 
     ``index`` (m,) counts states first, then outputs. ``steps`` (N,) are the times to the next sample, nan
     where a gap follows; ``names`` are those of the kernel. ``per_joint`` and ``speeds`` (n,): how far each
-    coordinate goes with its joint where nothing twists, and how fast it usually is.
+    coordinate goes with its joint where nothing twists, and how fast it usually is. ``twists`` (t, m): differences of
+    measurements that free runs are judged by, too.
     """
 
     time: Array
@@ -42,6 +43,18 @@ class Signals:
     floor: Array  # (m,) variance of rounding to the channel's own steps
     per_joint: Array
     speeds: Array
+    twists: Array | None = None
+
+    @property
+    def judged(self) -> tuple[str, ...]:
+        """Of all that free runs are judged by."""
+        rows = () if self.twists is None else self.twists
+        signs = [" - ".join(self.names[i] for i in np.flatnonzero(row)) for row in rows]
+        return (*self.names, *signs)
+
+    def with_differences(self, y: Array) -> Array:
+        """(N, m + t) measurements (N, m), and the twists between them."""
+        return y if self.twists is None else np.hstack([y, y @ self.twists.T])
 
 
 def seen_by(robot: Robot, recordings: Sequence[Recording]) -> Robot:

@@ -39,25 +39,33 @@ def free_runs(bench: FilterBench, p: Array) -> Array:
 
 
 def relative_errors(bench: FilterBench, predicted: Array) -> Array:
-    """(m,) size of the prediction's error, over how far each channel moves from the start of its window."""
-    off = bench.signals.y - predicted
-    return np.asarray(np.sqrt(np.nanmean(off**2, axis=0)) / sizes(bench.signals))
+    """(m + t,) size of the prediction's error, over how far each channel moves from the start of its window."""
+    return np.asarray(np.sqrt(np.nanmean(off(bench.signals, predicted) ** 2, axis=0)))
+
+
+def off(signals: Signals, predicted: Array) -> Array:
+    """(N, m + t) errors of a prediction (N, m), of channels and of twists between them, over how far each moves."""
+    return np.asarray(signals.with_differences(signals.y - predicted) / sizes(signals))
 
 
 def sizes(signals: Signals) -> Array:
-    """(m,) how far each channel moves within a window, as a standard deviation."""
+    """(m + t,) how far each channel moves within a window, and each twist, as a standard deviation."""
     length = _length(signals)
-    moved = signals.y[length:] - signals.y[:-length]
+    shown = signals.with_differences(signals.y)
+    moved = shown[length:] - shown[:-length]
     size = np.sqrt(np.nanmean(moved**2, axis=0) / 2.0)
     return np.where(size > 0, size, 1.0)
 
 
 def noise_alone(signals: Signals, noise: Array) -> Array:
-    """(m,) errors that sensors' noise of variances ``noise`` (m,) alone would leave, as far as that noise is white.
+    """(m + t,) errors that sensors' noise of variances ``noise`` (m,) alone would leave, as far as that noise is white.
 
     Two encoders of what a model takes for one part leave it no choice but to call all that twists between them noise.
     """
-    return np.asarray(np.sqrt(np.minimum(noise, white_noise(signals))) / sizes(signals))
+    power = np.minimum(noise, white_noise(signals))
+    if signals.twists is not None:
+        power = np.append(power, signals.twists**2 @ power)
+    return np.asarray(np.sqrt(power) / sizes(signals))
 
 
 def white_noise(signals: Signals) -> Array:

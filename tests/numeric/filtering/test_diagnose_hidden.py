@@ -97,9 +97,7 @@ def test_an_ammeter_that_is_off_is_no_offset_of_the_amplifier(robot: Robot, tmp_
 
 
 @pytest.mark.slow
-def test_a_dead_zone_that_differs_by_direction_is_that_of_an_input_with_an_offset(
-    robot: Robot, tmp_path: Path
-) -> None:
+def test_a_dead_zone_that_differs_by_direction_is_that_of_an_input_with_an_offset(robot: Robot, tmp_path: Path) -> None:
     runs = [record(tmp_path / f"{seed}.csv", robot, seed, bias=0.6, dead=0.9) for seed in (1, 2)]
     found = diagnose(robot, *runs)
     told = {f.effect: f.parameters for f in found.findings}

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from symdyn.numeric.filtering.kinks import FIRST, HASTY, RUNGS, SHORTEST, reach
+from symdyn.numeric.filtering.kinks import FIRST, HASTY, RUNGS, SHORTEST, reach, stiffen
+from symdyn.numeric.transition import transition
 
 STEP, WIDE = 1e-3, 8
 FORCE, WIDTH = 1e6, 1e-3  # acceleration by friction, and the speed within which it turns
@@ -66,3 +67,14 @@ def test_no_piece_is_longer_than_what_is_left() -> None:
     left = 5.0 * SHORTEST
     assert reached(0.5, left, HASTY)[0] == left
     assert reached(0.5, left, SHORTEST)[0] == 1.25 * SHORTEST
+
+
+def test_what_stands_when_a_force_hits_it_goes_on() -> None:
+    """Held by friction to the last digit, it has no speed for a secant: that of nothing would be without a limit."""
+    a, h = np.zeros((WIDE, WIDE)), STEP * SHORTEST
+    still, none = np.zeros(1), np.zeros(1)
+    stiffen(a, still, np.array([1e-300]), np.zeros(1), np.array([-FORCE]), none, none, h)
+    assert a[0, 0] < 0.0
+    ladder, term, space = np.zeros((RUNGS, 3, WIDE, WIDE)), *np.zeros((2, WIDE, WIDE))
+    transition(a, 1, h, False, ladder, term, space)
+    assert ladder[0, 0, 0, 0] == pytest.approx(-1.0)  # it is at its end at once

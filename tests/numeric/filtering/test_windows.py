@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.signals import Signals
-from symdyn.numeric.filtering.windows import noise_alone, sizes, white_noise
+from symdyn.numeric.filtering.twists import with_twists
+from symdyn.numeric.filtering.windows import noise_alone, off, sizes, white_noise
 
 STEP, COUNT = 0.001, 20000
 
@@ -49,3 +52,31 @@ def test_an_encoder_that_seldom_steps_is_no_better_than_its_steps() -> None:
     step = 0.5
     slow = step * np.round(moving() / step)
     assert white_noise(signals(slow, floor=step**2 / 12.0)) >= step**2 / 12.0
+
+
+def of_a_drive(twist: float, noise: float, seed: int) -> Signals:
+    """Encoders on both sides of a gear of 5, its soft shaft twisting at 3 Hz; then a current."""
+    rng = np.random.default_rng(seed)
+    bent = twist * np.sin(2.0 * np.pi * 3.0 * STEP * np.arange(COUNT))
+    shown = np.column_stack([5.0 * (moving() + bent), moving()]) + rng.normal(0.0, noise, (COUNT, 2))
+    y = np.column_stack([shown, rng.normal(0.0, 1.0, COUNT)])
+    names, turns = ("arm.motor.q", "arm.q", "arm.circuit.current"), np.array([5.0, 1.0])
+    index = np.array([0, 1, 4])
+    return replace(signals(y[:, 0]), y=y, index=index, names=names, floor=np.zeros(3), per_joint=turns, speeds=turns)
+
+
+def test_a_twist_that_encoders_show_is_judged_beside_them() -> None:
+    first, second = with_twists(of_a_drive(1e-3, 1e-6, 1), of_a_drive(2e-3, 1e-6, 2))
+    assert first.judged == ("arm.motor.q", "arm.q", "arm.circuit.current", "arm.motor.q - arm.q")
+    assert second.judged == first.judged
+    predicted = first.y.copy()
+    predicted[:, 0] = 5.0 * moving()  # of a rigid drive: off by a thousandth of the motion, and by all of the twist
+    error = np.sqrt(np.mean(off(first, predicted) ** 2, axis=0))
+    assert error[0] < 3e-3
+    assert error[3] == pytest.approx(np.sqrt(0.5) * 1e-3 / sizes(first)[3], rel=1e-2)
+    assert noise_alone(first, np.array([1e-12, 1e-12, 1.0]))[3] == pytest.approx(np.sqrt(1.04e-12) / sizes(first)[3])
+
+
+def test_a_twist_below_the_noise_of_its_encoders_is_none() -> None:
+    first, second = with_twists(of_a_drive(1e-3, 1e-6, 1), of_a_drive(1e-5, 1e-5, 2))
+    assert first.judged == second.judged == first.names
