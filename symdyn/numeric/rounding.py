@@ -164,7 +164,7 @@ def _coarse(setting: Setting) -> Iterator[tuple[str, Steps]]:
 
 
 def _told(inquiry: Inquiry, joint: str, steps: Steps, share: float, so: str) -> Inquiry:
-    """With the finding, unless it is there, or the model knows."""
+    """With those steps in the model, and where an effort acts with the finding; as it is, where they are known."""
     setting, case = inquiry.setting, inquiry.case
     if joint in _known(setting):
         return inquiry

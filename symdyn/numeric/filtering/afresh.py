@@ -12,13 +12,13 @@ from symdyn.numeric.filtering.beliefs import Beliefs
 from symdyn.numeric.filtering.bench import FilterBench, Noise
 from symdyn.numeric.filtering.budget import allowed
 from symdyn.numeric.filtering.explain import (
-    PROMISING,
     ROUGH,
     ROUNDS,
     TRIED,
     Progress,
     begun,
     fitted,
+    likeliest_of,
     ready,
     shaped,
 )
@@ -157,8 +157,7 @@ def afresh(
     bench, p = as_given(model, current)
     bench, beliefs = bench.with_noise(bench.noise.quiet), current.beliefs
     ranked = scores(bench, p, tuple(beliefs), that_show(model, current, ready(model, current)), progress)
-    least = max(WORTH, PROMISING * max((s.gain for s in ranked), default=0.0))
-    promising = [s for s in ranked if s.gain > least][:TRIED]
+    promising = likeliest_of(ranked)
     none = bench.filtered(p).loss
 
     def begin(score: Score) -> MLFit:

@@ -185,6 +185,11 @@ def _uncovered(current: Explanation, hypotheses: Sequence[Candidate], progress: 
     bench = current.fit.bench
     quiet = bench.with_noise(bench.noise.quiet)
     ranked = scores(quiet, current.fit.p, tuple(current.beliefs), hypotheses, progress)
+    return likeliest_of(ranked)
+
+
+def likeliest_of(ranked: Sequence[Score]) -> list[Score]:
+    """Those worth a fit where a score is an order, and no measure of certainty."""
     least = max(WORTH, PROMISING * max((s.gain for s in ranked), default=0.0))
     return [s for s in ranked if s.gain > least][:TRIED]
 

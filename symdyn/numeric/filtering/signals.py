@@ -49,8 +49,7 @@ class Signals:
     def judged(self) -> tuple[str, ...]:
         """Of all that free runs are judged by."""
         rows = () if self.twists is None else self.twists
-        signs = [" - ".join(self.names[i] for i in np.flatnonzero(row)) for row in rows]
-        return (*self.names, *signs)
+        return (*self.names, *(f"{self.names[np.argmax(row)]} - {self.names[np.argmin(row)]}" for row in rows))
 
     def with_differences(self, y: Array) -> Array:
         """(N, m + t) measurements (N, m), and the twists between them."""
