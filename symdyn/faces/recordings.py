@@ -7,6 +7,7 @@ from pathlib import Path
 
 from symdyn.base.errors import BadRecording, InputError, Problem, UsageError, Where
 from symdyn.numeric.recording import Recording, read_recording
+from symdyn.physics import schemas
 from symdyn.spec.records import Robot
 from symdyn.spec.toml_reader import read_channel_map
 
@@ -18,9 +19,9 @@ def open_recording(path: Path, robot: Robot, channel_map: Path | None) -> Record
     """
     beside = path.with_name(f"{path.name}.toml")
     if channel_map is not None:
-        return read_recording(path, read_channel_map(channel_map, robot))
+        return read_recording(path, read_channel_map(channel_map, robot, schemas()))
     if beside.is_file():
-        return read_recording(path, read_channel_map(beside, robot))
+        return read_recording(path, read_channel_map(beside, robot, schemas()))
     if robot.channels is not None:
         return read_recording(path, robot.channels)
     raise InputError(

@@ -33,6 +33,7 @@ from symdyn.numeric.rivals import with_rivals
 from symdyn.numeric.rounding import below_steps, ended_at_steps, with_resolutions
 from symdyn.numeric.runs import Runs, doubts, training_and_heldout
 from symdyn.numeric.search import EARNS, Search, rank
+from symdyn.numeric.servo_loops import as_driven, loops_left_out
 from symdyn.numeric.setting import prepare
 from symdyn.numeric.simple_pair import pairs_instead
 from symdyn.numeric.skew import (
@@ -108,20 +109,22 @@ def _by_either_way(
     progress: Progress,
 ) -> Diagnosis:
     """By inverse dynamics, or by a filter where that sees more."""
-    robot = part.of(whole)
+    given = part.of(whole)
+    robot = as_driven(given, runs)
+    told = loops_left_out(given, robot)
     if not has_hidden_parts(robot, runs[0]):
         fixed = held_parameters(whole, fitted_parameters(whole), hold) | known_names(runs)
         begun = _begun(part, robot, runs, band, fixed, progress)
         quick = too_quick(begun.case.bench, begun.given.fit.p, begun.case.joints)
         if not quick or part.drive is not None or not can_follow(robot):
             found = _diagnose(begun.noting(*doubtful(quick)), band, progress)
-            return replace(found, alarms=(*untested(robot, mechanics(robot)), *found.alarms))
+            return replace(found, alarms=(*told, *untested(robot, mechanics(robot)), *found.alarms))
         progress("the motion is too quick for derivatives over its samples: a filter follows it")
     refuse_known(robot, runs)
     from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
 
     found = diagnose_hidden(robot, *runs, progress, hold, thorough)
-    return replace(found, alarms=(*untested(robot, driven_by_current(robot, runs)), *found.alarms))
+    return replace(found, alarms=(*told, *untested(robot, driven_by_current(robot, runs)), *found.alarms))
 
 
 def _begun(

@@ -46,6 +46,11 @@ class Revised:
     values: Mapping[str, Estimate] = field(default_factory=dict)  # of an effect to be written
     names: Mapping[str, str] = field(default_factory=dict)  # by what a finding calls them
 
+    @property
+    def sensor(self) -> str | None:
+        """The joint whose sensor, or drive, it is; None where numbers of the model were set right."""
+        return None if self.names else self.place
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Explanation:
@@ -138,16 +143,27 @@ class Case:
         seen = joint_errors(of.training, self.bench), joint_errors(of.heldout, self.judge)
         return bool(np.all(np.concatenate(seen) <= NEGLIGIBLE))
 
-    def earns(self, before: Explanation, after: Explanation) -> bool:
-        """Held-out error falls by more than chance, over all, and at some joint by enough to matter."""
+    def earns(self, before: Explanation, after: Explanation, sensor: str | None = None) -> bool:
+        """Held-out error falls by more than chance, over all, and at some joint by enough to matter.
+
+        What a joint's ``sensor`` shows enters every equation, and some of them may like it by chance: it must matter
+        in that joint's own, or over all.
+        """
         gain, p_value = heldout_gain(before, after)
         falls = gain > 0 and self.errors(after).heldout < self.errors(before).heldout
-        old, new = (joint_errors(e.heldout, self.judge) for e in (before, after))
+        old, new = (self._judged(e.heldout, sensor) for e in (before, after))
         takes = np.sqrt(np.maximum(old**2 - new**2, 0.0))
         enough = (new <= (1.0 - EARNS) * old) & (takes > NEGLIGIBLE)
         if not falls or p_value >= LEVEL or not enough.any():
             return False
-        return bool(np.any(enough & (takes > joint_errors(self.left_by_sampling(after), self.judge))))
+        return bool(np.any(enough & (takes > self._judged(self.left_by_sampling(after), sensor))))
+
+    def _judged(self, residual: Array, sensor: str | None) -> Array:
+        """Relative errors held out: of every joint; of a sensor's own joint, and over all."""
+        each = joint_errors(residual, self.judge)
+        if sensor is None:
+            return each
+        return np.array([each[self.joints.index(sensor)], relative_error(residual, self.judge.reference)])
 
     def left_by_sampling(self, of: Explanation) -> Array:
         """(K, n) of held-out data, what the time between samples leaves though nothing is missing."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.explanation import LEVEL, Case, Explanation
+from symdyn.numeric.explanation import LEVEL, Case, Explanation, Revised
 from symdyn.numeric.findings import Alternative, Rival
 from symdyn.numeric.inquiry import Inquiry, finding_of, finding_of_revision
 from symdyn.numeric.kinship import ready
@@ -185,7 +185,7 @@ def _revised(
             after = trial.revision.revised(inquiry, trial.tried)
         except NumericalError:
             after = None
-        if after is None or not after.case.earns(inquiry.current, after.current):
+        if after is None or not after.case.earns(inquiry.current, after.current, _new(trial.revision, after).sensor):
             promised[trial.revision.label] = falls[trial.revision.label]
             continue
         if effect is None or explains_more(inquiry.case, effect[0].candidate, effect[1], after.current, trial.size):
@@ -193,10 +193,14 @@ def _revised(
     if not fitted:
         return None
     trial, after, rivals = _simplest(fitted)
-    new = next(r for r in after.case.revised if (r.effect, r.place) == trial.revision.key)
-    finding = replace(finding_of_revision(after.case, new, inquiry.current, after.current), rivals=rivals)
+    new = finding_of_revision(after.case, _new(trial.revision, after), inquiry.current, after.current)
+    finding = replace(new, rivals=rivals)
     others = tuple(f for f in after.findings if (f.effect, f.place) != trial.revision.key)
     return replace(after, findings=(*others, finding)), trial.revision
+
+
+def _new(revision: Revision, after: Inquiry) -> Revised:
+    return next(r for r in after.case.revised if (r.effect, r.place) == revision.key)
 
 
 def _simplest(fitted: Sequence[tuple[RevisionTrial, Inquiry]]) -> tuple[RevisionTrial, Inquiry, tuple[Rival, ...]]:

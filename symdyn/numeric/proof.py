@@ -55,6 +55,6 @@ def _reexamined(inquiry: Inquiry) -> Inquiry:
         if set(revised.values) == {RESOLUTION}:  # nothing that a fit holds: known in size, not in course
             continue
         bare = without(inquiry, revised)
-        if not inquiry.case.earns(bare.current, inquiry.current):
+        if not inquiry.case.earns(bare.current, inquiry.current, revised.sensor):
             inquiry = bare.noting(f"{revised.title} at {revised.place} was taken out again: the rest explains it")
     return inquiry.settled()

@@ -191,7 +191,8 @@ class Effect(ABC):
         """Of a servo loop: what it hands on, when ``control`` is its reference and it measures the port."""
         return None
 
-    def reference_unit(self) -> Unit | None:
+    @classmethod
+    def reference_unit(cls) -> Unit | None:
         """Of a servo loop: the unit of its reference."""
         return None
 
@@ -208,7 +209,7 @@ class Effect(ABC):
 
     @classmethod
     def schema(cls) -> EffectSchema:
-        return EffectSchema(cls.identifier, cls.title, cls.attaches_to, cls.parameters)
+        return EffectSchema(cls.identifier, cls.title, cls.attaches_to, cls.parameters, cls.reference_unit())
 
 
 def mechanical(rotational: str, translational: str) -> Mapping[Motion, str]:

@@ -9,31 +9,43 @@ from pathlib import Path
 
 from symdyn.base.units import UnitError, si_factor
 from symdyn.base.wording import did_you_mean, quoted
+from symdyn.spec.effect_schema import EffectSchema
 from symdyn.spec.field_units import channel_unit, motion_of
 from symdyn.spec.findings import Findings
 from symdyn.spec.places import joint_places
 from symdyn.spec.records import Channel, ChannelMap, Joint, Motion, Parameter, Quantity, Robot, Side
+from symdyn.spec.references import reference_units
 from symdyn.spec.schema import ChannelMapFile, ChannelTable, RecordingTable
 from symdyn.spec.shape import validated
 from symdyn.spec.toml_positions import KeyPath
 from symdyn.spec.toml_source import parse, read_text
 
 
-def read_channel_map(path: str | Path, robot: Robot) -> ChannelMap:
+def read_channel_map(path: str | Path, robot: Robot, catalogue: Mapping[str, EffectSchema]) -> ChannelMap:
     """The channel map in a TOML file of its own, for a robot. InputError with all that is wrong."""
     source = parse(read_text(path), str(path))
     findings = Findings(source)
     shape = validated(ChannelMapFile, source.data, findings)
-    channels = read_channels(shape.recording, robot.joints, robot.parameters, findings) if shape is not None else None
+    channels = None
+    if shape is not None:
+        references = reference_units(robot.joints, robot.effects, catalogue)
+        channels = read_channels(shape.recording, robot.joints, robot.parameters, references, findings)
     findings.raise_errors()
     assert channels is not None  # without a shape there are errors
     return channels
 
 
 def read_channels(
-    table: RecordingTable, joints: Sequence[Joint], parameters: Sequence[Parameter], findings: Findings
+    table: RecordingTable,
+    joints: Sequence[Joint],
+    parameters: Sequence[Parameter],
+    references: Mapping[str, str],
+    findings: Findings,
 ) -> ChannelMap:
-    """The channel map of a [recording] table; what is wrong is added to the findings."""
+    """The channel map of a [recording] table; what is wrong is added to the findings.
+
+    ``references`` are the units of what servo loops follow (``reference_units``).
+    """
     path: KeyPath = ("recording",)
     motions = {joint.name: motion_of(joint.kind) for joint in joints}
     motions |= {place.address: place.motion for joint in joints for place in joint_places(joint)}
@@ -44,7 +56,7 @@ def read_channels(
     channels = tuple(
         _read_parameter(channel, (*path, "channel", i), units, findings)
         if channel.quantity == Quantity.PARAMETER
-        else _read_channel(channel, (*path, "channel", i), by_side, findings)
+        else _read_channel(channel, (*path, "channel", i), by_side, references, findings)
         for i, channel in enumerate(table.channel)
     )
     channels = tuple(_at_one_of(c, drives) if c.side is Side.OUTPUT else c for c in channels)
@@ -59,7 +71,11 @@ def _at_one_of(channel: Channel, drives: Mapping[str, Motion]) -> Channel:
 
 
 def _read_channel(
-    table: ChannelTable, path: KeyPath, motions: Mapping[Side, Mapping[str, Motion]], findings: Findings
+    table: ChannelTable,
+    path: KeyPath,
+    motions: Mapping[Side, Mapping[str, Motion]],
+    references: Mapping[str, str],
+    findings: Findings,
 ) -> Channel:
     quantity, side = Quantity(table.quantity), Side(table.side)
     factor = 1.0
@@ -72,15 +88,31 @@ def _read_channel(
     if motion is None:
         advice = did_you_mean(table.joint, motions[side], "joints and parts of drives")
         findings.error((*path, "joint"), "SD104", f"no joint {quoted(table.joint)}", advice)
+    elif quantity is Quantity.REFERENCE:
+        factor = _of_loop(table, path, references, findings)
     else:
         moves = Motion.ROTATIONAL if motion is Motion.ELECTRICAL else motion
         factor = _factor(table.unit, channel_unit(quantity, moves), (*path, "unit"), findings)
     if table.scale == 0:
         findings.error((*path, "scale"), "SD203", "a scale of 0 makes every sample zero")
-    if side is Side.OUTPUT and quantity is not Quantity.EFFORT:
+    if side is Side.OUTPUT and quantity not in (Quantity.EFFORT, Quantity.REFERENCE):
         hint = 'what moves there is the joint itself: side = "link"'
         findings.error((*path, "side"), "SD203", f"at a drive's output an effort is measured, and no {quantity}", hint)
     return _channel(table, table.joint, factor, path, findings)
+
+
+def _of_loop(table: ChannelTable, path: KeyPath, references: Mapping[str, str], findings: Findings) -> float:
+    """Factor from the unit of a reference to that of its loop."""
+    unit = references.get(table.joint)
+    if unit is None:
+        message = f"no servo loop at {quoted(table.joint)} follows a reference"
+        hint = "declare the loop as an [[effect]]: position_servo at the motor, say; or map what drives the motor"
+        findings.error((*path, "quantity"), "SD203", message, hint)
+        return 1.0
+    if Side(table.side) is not Side.LINK:
+        message = "a reference has no side: it is what the loop compares with what it measures at its own place"
+        findings.error((*path, "side"), "SD203", message, "leave `side` out")
+    return _factor(table.unit, unit, (*path, "unit"), findings)
 
 
 def _read_parameter(table: ChannelTable, path: KeyPath, units: Mapping[str, str], findings: Findings) -> Channel:

@@ -57,3 +57,4 @@ class EffectSchema:
     title: str
     attaches_to: frozenset[PlaceKind]
     parameters: tuple[ParameterSchema, ...]
+    reference: str | Mapping[Motion, str] | None = None  # of a servo loop: the unit of what it follows

@@ -234,6 +234,7 @@ class Quantity(StrEnum):
     EFFORT = "effort"  # torque or force
     VOLTAGE = "voltage"
     CURRENT = "current"
+    REFERENCE = "reference"  # what a servo loop is asked to follow
     PARAMETER = "parameter"  # of the model, known: a load that one run has and another has not
 
 

@@ -23,6 +23,7 @@ from symdyn.spec.physical_checks import check_physics
 from symdyn.spec.placement_reader import read_placement
 from symdyn.spec.places import joint_places
 from symdyn.spec.records import JOINT_END, Joint, Monomial, Robot, Tool
+from symdyn.spec.references import reference_units
 from symdyn.spec.schema import JointTable, RobotFile, RobotTable, ToolTable
 from symdyn.spec.shape import validated
 from symdyn.spec.slots import gravity_slots
@@ -81,11 +82,10 @@ def _build(shape: RobotFile, text: str, catalogue: Catalogue, findings: Findings
     tool = _read_tool(shape.tool, numbers) if shape.tool is not None else None
     places = [place for joint in joints for place in joint_places(joint)]
     effects = read_effects(shape.effect, places, catalogue, numbers)
-    channels = (
-        read_channels(shape.recording, joints, numbers.parameters.every, findings)
-        if shape.recording is not None
-        else None
-    )
+    channels = None
+    if shape.recording is not None:
+        references = reference_units(joints, effects, catalogue)
+        channels = read_channels(shape.recording, joints, numbers.parameters.every, references, findings)
     return Robot(
         shape.robot.name,
         shape.robot.description,

@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, counts_of, fitted_parameters
+from symdyn.numeric.filtering.driving import limits
+from symdyn.numeric.filtering.places import push_at
 from symdyn.numeric.filtering.signals import Signals
 from symdyn.numeric.gearing import turns_with_joint
+from symdyn.numeric.servo_loops import is_loop, joint_name
 from symdyn.physics import catalogue, in_stages, load_dependent
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
@@ -30,7 +33,6 @@ PHASES = 8  # angles that are tried around the circle
 NO_LIMIT = 1e12  # stands for an infinite limit, which a kernel cannot hold
 SPEEDS = 10  # grid points over the speeds that occur
 ORDERS = 32  # waves per turn that are tried
-QUANTILES = (0.98, 0.9, 0.8, 0.65, 0.5)  # of the input's size: limits that are tried
 
 
 def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
@@ -40,6 +42,7 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
     effects with more than one are left out, and so are those that do not open a search.
     """
     present = {(e.type, e.at) for e in robot.effects}
+    looped = {joint_name(e.at) for e in robot.effects if is_loop(e)}
     found = []
     for place in places(robot):
         if any(turns_with_joint(joint, place.address) for joint in robot.joints):
@@ -55,6 +58,8 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
                 continue
             if (effect.identifier, place.address) in present or _part_of_drive(effect.identifier, place.kind):
                 continue
+            if effect.identifier == DELAY and joint_name(place.address) in looped:
+                continue  # there the loop acts late, and not on a late input
             free = [p for p in effect.parameters if not (p.is_count or p.scan is Scan.ASSUMED or _is_kept(p))]
             shapes = [p for p in free if _is_shape(p)]
             linear = tuple(p for p in free if not _is_shape(p))
@@ -155,7 +160,7 @@ def _part_of_drive(effect: str, kind: PlaceKind) -> bool:
     )
 
 
-def shape_values(candidate: Candidate, signals: Signals, speed: float) -> Array:
+def shape_values(candidate: Candidate, kernel: Kernel, signals: Signals, speed: float) -> Array:
     """Values of the shape parameter to try; ``speed`` is the fastest of the place."""
     if not candidate.shapes:
         return np.array([np.nan])
@@ -167,5 +172,5 @@ def shape_values(candidate: Candidate, signals: Signals, speed: float) -> Array:
     if shape.scan is Scan.ANGLE_ORDER:
         return np.arange(1.0, ORDERS + 1.0)
     if candidate.place.kind is PlaceKind.CIRCUIT:
-        return np.asarray(np.quantile(np.abs(signals.u).max(axis=1), QUANTILES))
+        return limits(kernel, signals, candidate.place.address, push_at(candidate.place))
     return np.zeros(0)

@@ -14,12 +14,13 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, bounds
 from symdyn.numeric.filtering.beliefs import Belief, Beliefs
 from symdyn.numeric.filtering.bench import FASTEST, FilterBench, Noise
+from symdyn.numeric.filtering.driving import per_unit
 from symdyn.numeric.filtering.gears import usual_speeds
 from symdyn.numeric.filtering.hypotheses import augmented, delays, free_parameters, hypotheses
 from symdyn.numeric.filtering.places import Latent, is_push, latents
 from symdyn.numeric.filtering.signals import Signals, seen_by, signals
 from symdyn.numeric.filtering.twists import with_twists
-from symdyn.numeric.gearing import joint_of, number
+from symdyn.numeric.gearing import joint_of
 from symdyn.numeric.recording import Recording
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.monomials import parameter_of
@@ -123,23 +124,24 @@ def holding(model: Model, held: Set[str]) -> Model:
 def without_latent(model: Model, signals: Signals) -> Noise:
     """Noise of sensors, inputs and of the equations of the joints (what their steps leave out), at a first guess."""
     r = np.maximum(signals.floor, (FIRST_NOISE * np.nanstd(signals.y, axis=0)) ** 2 + 1e-30)
-    directions, power, most = [], [], []
+    directions, power, most, driven = [], [], [], set()
     for name, values in zip(model.kernel.inputs, signals.u.T, strict=True):
         joint = joint_of(model.robot, name)
         circuit = joint.drive.motor if joint.drive else None
-        voltage = circuit is not None and name.endswith(".voltage")
+        electrical = circuit is not None and name.endswith((".voltage", ".reference"))
         acts_on = joint.drive.effort_at if joint.drive else ""
-        part = circuit.name if circuit is not None and voltage else acts_on
+        part = circuit.name if circuit is not None and electrical else acts_on
         at = f"{joint.name}.{part}" if part else joint.name
         found = next((x.direction for x in model.latents if x.place == at), None)
         if found is not None and values.any():
-            gain = 1.0 if voltage or joint.actuator is None else number(model.robot, joint.actuator.gain)
-            directions.append(found * gain)
-            power.append((FIRST_INPUT * float(np.std(values))) ** 2)
+            size = FIRST_INPUT * float(np.std(values))
+            directions.append(found * per_unit(model.kernel, name, size, found))
+            power.append(size**2)
             most.append(math.inf)
+            driven.add(at)
     for joint in model.robot.joints:
         found = next((x.direction for x in model.latents if x.place == joint.name), None)
-        if found is not None and not any(np.array_equal(found, d) for d in directions):
+        if found is not None and joint.name not in driven:
             directions.append(found)
             power.append(FIRST_FORCE * natural_force(model, signals, found) ** 2)
             most.append(power[-1])

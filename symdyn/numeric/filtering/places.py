@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.gearing import gear_ratio, shaft_end
+from symdyn.physics import catalogue
 from symdyn.spec.places import joint_places
-from symdyn.spec.records import Drive, Joint, PlaceKind, Robot
+from symdyn.spec.records import Drive, Joint, Place, PlaceKind, Robot
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,13 @@ class Latent:
 def is_push(candidate: Candidate) -> bool:
     """Whether the candidate is what unknown forces move."""
     return candidate.effect == _PUSHES.get(candidate.place.kind)
+
+
+def push_at(place: Place) -> str:
+    """The name of the parameter that an unknown force at a place moves, where it is proposed there."""
+    effect = catalogue()[_PUSHES[place.kind]]
+    (size,) = effect.parameters
+    return Candidate(effect.identifier, effect.title, place, (size,), (), effect.builds_on).parameter(size)
 
 
 def latents(robot: Robot, kernel: Kernel, proposed: tuple[Candidate, ...]) -> tuple[Latent, ...]:

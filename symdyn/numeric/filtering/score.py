@@ -60,7 +60,8 @@ def scores(
     runs: list[list[tuple[Candidate, float]]] = []  # with the first shape of each hypothesis, with the second, ...
     tests: dict[str, int] = {}
     for candidate in proposed:
-        values = shape_values(candidate, bench.signals, float(speeds.get(candidate.place.address, fastest)))
+        speed = float(speeds.get(candidate.place.address, fastest))
+        values = shape_values(candidate, bench.kernel, bench.signals, speed)
         tests[candidate.label] = len(values)
         runs += [[] for _ in range(len(values) - len(runs))]
         for members, value in zip(runs, values, strict=False):

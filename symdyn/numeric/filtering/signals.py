@@ -148,6 +148,8 @@ def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, fl
     if quantity is Quantity.EFFORT:
         address, scale = effort_shown(robot, key)
         candidates = [f"{address}.effort", f"{address}.input"]
+    elif quantity is Quantity.REFERENCE:
+        candidates = [n for n in kernel.inputs if n.endswith(".reference") and n.partition(".")[0] == joint.name]
     elif quantity in _INPUT_UNIT:
         motor = motor_rotor(joint)
         circuit = f"{joint.name}.{joint.drive.motor.name}" if joint.drive and joint.drive.motor else None

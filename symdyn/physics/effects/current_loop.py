@@ -66,7 +66,8 @@ class CurrentLoop(ServoLoop):
         excess = asked - clip(asked, -p["limit"], p["limit"])
         return (p["scale"] * reference - port.v - excess / (p["integral"] * p["tracking_time"]),)
 
-    def reference_unit(self) -> Unit:
+    @classmethod
+    def reference_unit(cls) -> Unit:
         return "V"
 
     def _asked(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> sp.Expr:

@@ -31,5 +31,6 @@ class PositionLoop(ServoLoop):
     def output(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> sp.Expr:
         return clip(p["proportional"] * (reference - port.x), -p["limit"], p["limit"])
 
-    def reference_unit(self) -> Unit:
+    @classmethod
+    def reference_unit(cls) -> Unit:
         return DISPLACEMENT

@@ -70,7 +70,8 @@ class PositionServo(ServoLoop):
         excess = asked - clip(asked, -p["limit"], p["limit"])
         return (reference - port.x - excess / (p["integral"] * p["tracking_time"]),)
 
-    def reference_unit(self) -> Unit:
+    @classmethod
+    def reference_unit(cls) -> Unit:
         return DISPLACEMENT
 
     def _asked(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> sp.Expr:

@@ -62,7 +62,8 @@ class SpeedLoop(ServoLoop):
         excess = asked - clip(asked, -p["limit"], p["limit"])
         return (reference - port.v - excess / (p["integral"] * p["tracking_time"]),)
 
-    def reference_unit(self) -> Unit:
+    @classmethod
+    def reference_unit(cls) -> Unit:
         return SPEED
 
     def _asked(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> sp.Expr:
