@@ -21,7 +21,7 @@ from symdyn.numeric.findings import Diagnosis
 from symdyn.numeric.forward import first_that_earns, forward
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.kinship import ready
-from symdyn.numeric.known import known_names, refuse_known
+from symdyn.numeric.known import known_names
 from symdyn.numeric.leftover import SHARE, slow_share
 from symdyn.numeric.mechanics import mechanics, untested
 from symdyn.numeric.mere_filter import merely_filters, without_swinging
@@ -120,7 +120,6 @@ def _by_either_way(
             found = _diagnose(begun.noting(*doubtful(quick)), band, progress)
             return replace(found, alarms=(*told, *untested(robot, mechanics(robot)), *found.alarms))
         progress("the motion is too quick for derivatives over its samples: a filter follows it")
-    refuse_known(robot, runs)
     from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported
 
     found = diagnose_hidden(robot, *runs, progress, hold, thorough)

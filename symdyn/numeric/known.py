@@ -12,7 +12,7 @@ from symdyn.base.errors import InputError, Problem
 from symdyn.base.wording import quoted
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.recording import Recording
-from symdyn.spec.records import Quantity, Robot, Side
+from symdyn.spec.records import Quantity, Side
 
 Array = NDArray[np.float64]
 
@@ -59,14 +59,6 @@ def known_in(kernel: Kernel, recording: Recording) -> Known | None:
         hint = f"a load that is known is changed a few times (at most {MOST}): round the column, or leave it out"
         raise InputError(Problem("SD537", message, hint=hint))
     return Known(names, values)
-
-
-def refuse_known(robot: Robot, recordings: Sequence[Recording]) -> None:
-    """Raises InputError (SD537): a filter has one value of each parameter."""
-    if names := sorted(known_names(recordings)):
-        where = robot.channels.where if robot.channels else None
-        message = f"{', '.join(names)} of a recording: known loads are for machines whose every joint is measured"
-        raise InputError(Problem("SD537", message, where, "leave them out, or give the runs one by one, each a model"))
 
 
 def check_separable(known: Known, kernel: Kernel, motion: tuple[Array, Array, Array], own: Sequence[str]) -> None:

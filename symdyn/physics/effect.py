@@ -120,7 +120,8 @@ class Effect(ABC):
     opens: ClassVar[bool] = True  # whether a search may begin with it; else one that it contains must be there before
     dissipative: ClassVar[bool] = False  # never gives more energy than it was given before (tested)
     proposable: ClassVar[bool] = False  # a diagnosis may propose it where it is missing
-    stage: ClassVar[int] = 0  # of what a diagnosis adds between input and motor, a signal passes the lower one first
+    # Of what is added between input and motor a signal passes the lower one first; loops come after what is below 0.
+    stage: ClassVar[int] = 0
 
     def seat(self, port: Port) -> Port:
         """The port that the laws are written in: the place's own, or at a shaft that of one of its ends."""

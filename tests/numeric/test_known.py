@@ -95,15 +95,6 @@ def test_a_load_whose_effort_depends_on_what_is_fitted_is_refused() -> None:
     assert [problem.code for problem in caught.value.problems] == ["SD538"]
 
 
-def test_a_filter_has_one_value_of_each_parameter(robot: Robot) -> None:
-    recording = carrying(1, 2.0)
-    without = {key: values for key, values in recording.channels.items() if key[:2] != (Quantity.POSITION, "one")}
-    hidden = replace(recording, channels=MappingProxyType(without))
-    with pytest.raises(InputError) as caught:
-        diagnose(robot, hidden, hidden)
-    assert [problem.code for problem in caught.value.problems] == ["SD537"]
-
-
 def test_a_column_of_a_file_tells_the_load(tmp_path: Path) -> None:
     """In its unit; that it is constant is no doubt of it."""
     rows = "".join(f"{0.01 * i:.2f},{np.sin(0.1 * i):.6f},{np.cos(0.1 * i):.6f},1500\n" for i in range(300))

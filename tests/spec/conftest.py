@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import pytest
 
 from symdyn.spec.effect_schema import EffectSchema, ParameterSchema
@@ -46,8 +48,13 @@ coefficient = 1e-5
 """
 
 
-def _effect(identifier: str, attaches_to: frozenset[PlaceKind], *parameters: ParameterSchema) -> EffectSchema:
-    return EffectSchema(identifier, identifier.replace("_", " "), attaches_to, parameters)
+def _effect(
+    identifier: str,
+    attaches_to: frozenset[PlaceKind],
+    *parameters: ParameterSchema,
+    reference: Mapping[Motion, str] | None = None,
+) -> EffectSchema:
+    return EffectSchema(identifier, identifier.replace("_", " "), attaches_to, parameters, reference)
 
 
 CATALOGUE = {
@@ -95,6 +102,7 @@ CATALOGUE = {
             ParameterSchema("proportional", {ROTATIONAL: "V/rad"}, "K_P", "voltage per error", lower=0.0),
             ParameterSchema("derivative", {ROTATIONAL: "V s/rad"}, "K_D", "voltage per speed", default=0.0),
             ParameterSchema("limit", {ROTATIONAL: "V"}, "U", "largest voltage", null=None, lower=0.0),
+            reference={ROTATIONAL: "rad", TRANSLATIONAL: "m"},
         ),
         _effect(
             "backlash",

@@ -248,11 +248,33 @@ def test_the_motors_side_of_a_prismatic_joint_turns(valid: str, catalogue: Catal
     robot = read_robot_text(valid.replace('["q", 0, "l_2", "90 deg"]', '[0, "q", 0, 0]'), "f", catalogue)
     path = tmp_path / "channels.toml"
     path.write_text(CHANNELS, encoding="utf-8")
-    assert read_channel_map(path, robot).channels[0].factor == math.pi / 180
+    assert read_channel_map(path, robot, catalogue).channels[0].factor == math.pi / 180
     path.write_text(CHANNELS.replace('side = "motor"', 'side = "link"'), encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        read_channel_map(path, robot)
+        read_channel_map(path, robot, catalogue)
     assert [p.code for p in caught.value.problems] == ["SD221"]
+
+
+def test_a_reference_is_in_the_unit_of_its_loop(valid: str, catalogue: Catalogue, tmp_path: Path) -> None:
+    loop = '\n[[effect]]\ntype = "position_servo"\nat = "elbow.motor"\nproportional = 50\nlimit = 24\n'
+    path = tmp_path / "channels.toml"
+    map_ = '[recording]\ntime = { column = "t", unit = "s" }\n[[recording.channel]]\ncolumn = "r"\n'
+    told = f'{map_}quantity = "reference"\njoint = "elbow"\nunit = "deg"\n'
+    servo, loose = (read_robot_text(valid + more, "f", catalogue) for more in (loop, ""))
+    path.write_text(told, encoding="utf-8")
+    (reference,) = read_channel_map(path, servo, catalogue).channels
+    assert (reference.quantity, reference.joint, reference.factor) == (Quantity.REFERENCE, "elbow", math.pi / 180)
+    for robot, text, code, message in (
+        (loose, told, "SD203", "no servo loop at `elbow` follows a reference"),
+        (servo, f'{told}side = "motor"\n', "SD203", "a reference has no side"),
+        (servo, told.replace("deg", "V"), "SD221", "`V`"),
+        (servo, told.replace("elbow", "shoulder"), "SD203", "no servo loop at `shoulder`"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(InputError) as caught:
+            read_channel_map(path, robot, catalogue)
+        assert [p.code for p in caught.value.problems] == [code]
+        assert message in str(caught.value)
 
 
 def test_gain_tells_the_input(valid: str, catalogue: Catalogue) -> None:
@@ -316,7 +338,7 @@ unit = "mA"
 def test_channel_map_in_its_own_file(valid: str, catalogue: Catalogue, tmp_path: Path) -> None:
     path = tmp_path / "channels.toml"
     path.write_text(CHANNELS, encoding="utf-8")
-    channels = read_channel_map(path, read_robot_text(valid, "f", catalogue))
+    channels = read_channel_map(path, read_robot_text(valid, "f", catalogue), catalogue)
     assert channels.time_factor == 1e-3
     angle, current = channels.channels
     assert (angle.side, angle.factor, angle.scale, angle.sign) == (Side.MOTOR, math.pi / 180, 0.5, -1)
@@ -349,6 +371,6 @@ def test_wrong_channel_map(
     path = tmp_path / "channels.toml"
     path.write_text(CHANNELS.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        read_channel_map(path, read_robot_text(valid, "f", catalogue))
+        read_channel_map(path, read_robot_text(valid, "f", catalogue), catalogue)
     told = [(p.code, p.where.line, p.where.column) for p in caught.value.problems if p.where is not None]
     assert (code, line, column) in told

@@ -148,7 +148,8 @@ class FilterBench:
 
         A machine at rest is in balance, and so is one in motion; a simulation may begin with nothing bent.
         """
-        balanced, count = self._balance.found(own, self._start), max(2, self._moment) * parts
+        sets, holds = self.signals.sets(own, self.index)
+        balanced, count = self._balance.found(sets[holds[0]], self._start), max(2, self._moment) * parts
         if np.all(np.abs(balanced - self._start) < CLOSE * np.sqrt(np.diag(self._spread))):
             return balanced
         u, slope, steps, whole = (x[:count] for x in driven)
@@ -166,10 +167,12 @@ class FilterBench:
         loss, e, variances = np.zeros(filters), np.zeros((filters, rows, m)), np.ones((filters, rows, m))
         slopes, states = np.zeros((rows, m, len(which))), np.zeros((rows, n + len(first.decay)))
         r, decay, power = (np.stack([getattr(each, of) for each in noises]) for of in ("r", "decay", "power"))
+        sets, holds = s.sets(own, self.index)
         taken = run(
-            *self._rates, *self._outputs, u, slope, _between(y, parts), steps, own, np.array(which, np.int64),
-            whole, r, s.index, np.ascontiguousarray(first.directions), decay, power, start, self._spread,
-            self.substeps, len(self.kernel.outputs), loss, e, variances, slopes, states,
+            *self._rates, *self._outputs, u, slope, _between(y, parts), steps, sets,
+            np.repeat(holds[: rows // parts], parts), np.array(which, np.int64), whole, r, s.index,
+            np.ascontiguousarray(first.directions), decay, power, start, self._spread, self.substeps,
+            len(self.kernel.outputs), loss, e, variances, slopes, states,
         )  # fmt: skip
         size = n + len(first.decay)
         spend(taken * size**2 * (size * (1 + filters) + len(which)))
@@ -197,11 +200,12 @@ class FilterBench:
         own, u, slope, steps, parts = self._driven(p)
         here, rows, none = slice(first * parts, stop * parts), (stop - first) * parts, np.zeros((1, 0))
         e, variances, slopes = np.zeros((1, rows, m)), np.ones((1, rows, m)), np.zeros((rows, m, 0))
+        sets, holds = s.sets(own, self.index)
         taken = run(
             *self._rates, *self._outputs, u[here], slope[here], _between(np.zeros((stop - first, m)), parts),
-            steps[here], own, np.zeros(0, dtype=np.int64), np.zeros((rows, 0)), np.full((1, m), DEAF), s.index,
-            np.zeros((len(own), 0)), none, none, start, np.zeros((n, n)), self.substeps, len(self.kernel.outputs),
-            np.zeros(1), e, variances, slopes, np.zeros((rows, n)),
+            steps[here], sets, np.repeat(holds[first:stop], parts), np.zeros(0, dtype=np.int64), np.zeros((rows, 0)),
+            np.full((1, m), DEAF), s.index, np.zeros((len(own), 0)), none, none, start, np.zeros((n, n)),
+            self.substeps, len(self.kernel.outputs), np.zeros(1), e, variances, slopes, np.zeros((rows, n)),
         )  # fmt: skip
         spend(taken * n**3)
         return -e[0, ::parts]  # of measurements that are zero, and move nothing

@@ -12,7 +12,7 @@ from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.beliefs import Beliefs, penalty
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.budget import allowed
-from symdyn.numeric.filtering.hypotheses import DELAY, MEMORIES
+from symdyn.numeric.filtering.hypotheses import DELAYS, LATE_REFERENCE, MEMORIES
 from symdyn.numeric.filtering.judged import (
     LEVEL,
     LIKELY,
@@ -57,7 +57,7 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
     starts = [begun(bench, p, candidate, start, none)]
     if suspects:
         starts.append(begun(bench, put_back(current, p), candidate, start))
-    if candidate.effect == DELAY and set(suspects) & model.electrical:
+    if _absorbed(model, current, candidate):
         starts[1:] = [late(current, starts[0], candidate.parameter(candidate.linear[0]))]
     beliefs = dict(current.beliefs) | candidate_beliefs(candidate, shape)
 
@@ -65,6 +65,16 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
         return fit(bench, p, beliefs, settled=ROUGH, most=ROUNDS)
 
     return min(side_by_side(roughly, starts), key=lambda fitted: fitted.loss)
+
+
+def _absorbed(model: Model, current: Explanation, candidate: Candidate) -> bool:
+    """Whether parameters went where they make up for such a delay: a circuit's of a late voltage; of a late reference
+    all of the machine's in the loop.
+    """
+    suspects = set(absorbing(current))
+    return candidate.effect in DELAYS and bool(
+        suspects if candidate.effect == LATE_REFERENCE else suspects & model.electrical
+    )
 
 
 def shaped(bench: FilterBench, p: Array, candidate: Candidate, shape: float | None) -> Array:
@@ -132,8 +142,8 @@ def step(
         open_ = [s for s in significant if s.candidate not in asked]
         least = PROMISING * max(rival, max((s.gain for s in open_), default=0.0))
         promising = [s for s in open_ if s.gain > least][:TRIED]
-        if doubt and set(absorbing(current)) & model.electrical:  # it may hide a delay, which no slope shows any more
-            late_ones = [s for s in ranked if s.candidate.effect == DELAY]
+        if doubt:  # parameters may hide a delay, which no slope shows any more
+            late_ones = [s for s in ranked if _absorbed(model, current, s.candidate)]
             promising += [s for s in late_ones if s not in promising and s.candidate not in asked]
         if not promising or (asked and not allowed("effects that promise less")):
             break
@@ -247,7 +257,7 @@ def sampled(model: Model, current: Explanation) -> Explanation:
     circuit may have absorbed it, or where the other is likelier as it is: with an unknown force beside it, a delay
     gains nothing. A delay that was found is moved by that half step.
     """
-    late = [c for c in model.proposed if c.effect == DELAY]
+    late = [c for c in model.proposed if c.effect in DELAYS]
     bench = current.fit.bench
     suspects = set(absorbing(current)) & model.electrical
     other_way = model.bench(model.training, bench.noise, not bench.held)

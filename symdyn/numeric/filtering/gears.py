@@ -32,6 +32,8 @@ def usual_speeds(robot: Robot, recording: Recording, addresses: Sequence[str]) -
     for told in (_moving, _turning, _driven):
         surer = set(found)
         for key, values in recording.channels.items():
+            if key[0] is Quantity.PARAMETER:
+                continue
             address, speed = told(robot, key, values, recording.sample_time)
             joint = address.partition(".")[0]
             if speed > 0.0 and joint not in surer:

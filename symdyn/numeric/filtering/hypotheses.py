@@ -24,7 +24,8 @@ from symdyn.spec.records import EffectSpec, Monomial, Motion, Parameter, PlaceKi
 
 Array = NDArray[np.float64]
 
-DELAY = "input_delay"
+LATE_REFERENCE = "reference_delay"
+DELAYS = frozenset({"input_delay", LATE_REFERENCE})
 HYSTERESIS = {"dahl_friction": "stiffness", "bouc_wen_hysteresis": "level", "lugre_friction": "stiffness"}  # and size
 WARMING = {"warm_up_friction": "coefficient"}
 MEMORIES = {**HYSTERESIS, **WARMING}
@@ -58,8 +59,8 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
                 continue
             if (effect.identifier, place.address) in present or _part_of_drive(effect.identifier, place.kind):
                 continue
-            if effect.identifier == DELAY and joint_name(place.address) in looped:
-                continue  # there the loop acts late, and not on a late input
+            if effect.identifier in DELAYS and joint_name(place.address) in looped:
+                continue  # the loop would act late, and not on a late input
             free = [p for p in effect.parameters if not (p.is_count or p.scan is Scan.ASSUMED or _is_kept(p))]
             shapes = [p for p in free if _is_shape(p)]
             linear = tuple(p for p in free if not _is_shape(p))
@@ -68,7 +69,20 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
             )):  # fmt: skip
                 continue
             found.append(Candidate(effect.identifier, effect.title, place, linear, tuple(shapes), effect.builds_on))
-    return tuple(found)
+    return (*found, *_late_references(robot))
+
+
+def _late_references(robot: Robot) -> list[Candidate]:
+    """One for every position that a servo loop follows."""
+    law, loops = catalogue()[LATE_REFERENCE], {e.at: e for e in robot.effects if is_loop(e)}
+    outermost = {joint_name(at): at for at in reversed(loops)}
+    by_address = {place.address: place for place in places(robot)}
+    (delay,) = (schema for schema in law.parameters if not schema.is_count)
+    return [
+        Candidate(law.identifier, law.title, by_address[at], (delay,), (), law.builds_on)
+        for at in outermost.values()
+        if catalogue()[loops[at].type].reference_unit() == law.reference_unit()
+    ]
 
 
 def memories(robot: Robot, address: str, laws: Mapping[str, str]) -> tuple[Candidate, ...]:
@@ -107,7 +121,7 @@ def augmented(robot: Robot, proposed: Sequence[Candidate]) -> Robot:
     effects, parameters = list(robot.effects), list(robot.parameters)
     for candidate in in_stages(proposed):
         values = []
-        if candidate.effect == DELAY:
+        if candidate.effect in DELAYS:
             continue  # the recorded input is shifted instead
         for key, number in kept(candidate).items():
             values.append((key, Monomial(Fraction(str(number)))))
@@ -139,9 +153,9 @@ def free_parameters(robot: Robot) -> tuple[str, ...]:
 
 def delays(kernel: Kernel, proposed: Sequence[Candidate]) -> tuple[str, ...]:
     """For each input of the kernel a name for how late it comes, that of the hypothesis where there is one."""
-    named = {c.place.address.partition(".")[0]: c.parameter(c.linear[0]) for c in proposed if c.effect == DELAY}
+    named = {c.place.address.partition(".")[0]: c.parameter(c.linear[0]) for c in proposed if c.effect in DELAYS}
     joints = [name.partition(".")[0] for name in kernel.inputs]
-    return tuple(named.get(joint, f"{joint}_{DELAY}") for joint in joints)
+    return tuple(named.get(joint, f"{joint}_delay") for joint in joints)
 
 
 def _is_kept(schema: ParameterSchema) -> bool:

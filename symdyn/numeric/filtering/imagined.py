@@ -40,7 +40,8 @@ class Explaining:
         steps = np.full(len(u), step)
         steps[-1] = np.nan
         silent = np.zeros((len(u), trained.y.shape[1]))
-        asked = replace(trained, time=np.arange(len(u), dtype=np.float64) * step, u=u, y=silent, steps=steps)
+        time = np.arange(len(u), dtype=np.float64) * step
+        asked = replace(trained, time=time, u=u, y=silent, steps=steps, known=None)
         y = self.bench(asked).simulated(self.fit.p, np.ascontiguousarray(start), 0, len(u))
         return replace(asked, y=y if noise is None else y + noise)
 

@@ -44,7 +44,8 @@ def _begin(cov: Array, p0: Array, power: Array, n: int) -> None:
         ),  # rate of the state, its derivatives by state, input, parameters
         *(_to_vector, _to_matrix, _to_matrix),  # outputs, their derivatives by state and parameters
         *(_matrix, _matrix, _matrix, _vector),  # inputs, their slopes, measurements, steps
-        *(_vector, _counts, _matrix, _matrix),  # parameters, by which is differentiated, how far, signals' variances
+        *(_matrix, _counts),  # sets of parameters, and which of them holds at each sample
+        *(_counts, _matrix, _matrix),  # parameters by which is differentiated, how far, signals' variances
         *(_counts, _matrix, _matrix, _matrix),  # measured signals, latent directions, their decay rates and variances
         *(_vector, _matrix, types.int64, types.int64),  # start, its covariance, substeps, how many outputs
         *(_vector, _cube, _cube, _cube, _matrix),  # -log L, innovations, variances, sensitivities, states
@@ -65,7 +66,8 @@ def run(  # type: ignore[no-untyped-def]
     slope_u,
     y,
     steps,
-    p,
+    sets,
+    holds,
     which,
     weight,
     r,
@@ -97,6 +99,8 @@ def run(  # type: ignore[no-untyped-def]
     work, and right for noise that is nearly the same.
 
     Across a kink a step goes in pieces (``kinks``), and what it did may be a little more or less: ``KINKED``.
+    Parameters that a recording tells have one value here and another there: ``sets`` (S, np), of which row
+    ``holds[k]`` is true from sample k to the next.
     A linearised filter is sometimes wrong about which way a machine went: an innovation beyond ``measure.SURPRISE``
     counts as one of larger variance, which ``s`` then says.
 
@@ -115,9 +119,10 @@ def run(  # type: ignore[no-untyped-def]
     # of [x, u], as an input goes straight along its slope: for what is left of a step, for half of it, ...
     ladder, many, rung, finer = np.zeros((RUNGS, 3, wide, wide)), 0, 0, 0
     begun, between, from_there = np.zeros(n), np.zeros(n), np.zeros(nu)
-    by_p, outputs_by_p = np.zeros((n, len(p))), np.zeros((len(out), len(p)))
-    pushes, pushing = np.empty(len(p), dtype=np.int64), 0  # parameters that latent forces go along
-    for i in range(len(p)):
+    parameters = sets.shape[1]
+    by_p, outputs_by_p = np.zeros((n, parameters)), np.zeros((len(out), parameters))
+    pushes, pushing = np.empty(parameters, dtype=np.int64), 0  # parameters that latent forces go along
+    for i in range(parameters):
         for j in range(nl):
             if latent[i, j] != 0.0:
                 pushes[pushing] = i
@@ -138,6 +143,7 @@ def run(  # type: ignore[no-untyped-def]
         _begin(covs[v], p0, power[v], n)
     taken = 0 * count
     for k in range(count):
+        p = sets[holds[k]]
         # what was measured
         for v in range(filters):
             here = x[v]

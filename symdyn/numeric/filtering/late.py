@@ -14,7 +14,7 @@ from symdyn.numeric.filtering.likelihood import MLFit, fit
 Array = NDArray[np.float64]
 
 FAR = 2.0  # standard deviations of its prior that a parameter may go before it is suspect
-LONGEST = 0.02  # s: the latest input that is looked for
+LONGEST = 0.02  # s: the latest input that is looked for, or so many half steps
 MOST = 10  # delays that are tried, no closer than half a step
 FEW = 3  # rounds of a fit from each of the likeliest
 LIKELIEST = 3
@@ -52,7 +52,7 @@ def late(current: Fitted, p: Array, name: str) -> Array:
     given = put_back(current, p)
     step = float(np.nanmedian(bench.signals.steps))
     tried = []
-    for delay in np.linspace(0.0, max(LONGEST, 2.0 * step), MOST + 1)[1:]:
+    for delay in np.linspace(0.0, max(LONGEST, 0.5 * MOST * step), MOST + 1)[1:]:
         trial = given.copy()
         trial[bench.index[name]] = delay
         tried.append((bench.filtered(trial).loss, float(delay), trial))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.circuits import driven_by_current
 from symdyn.numeric.filtering.gears import per_joint, usual_speeds
 from symdyn.numeric.gearing import coordinate_shown, effort_shown, joint_of, motor_rotor
+from symdyn.numeric.known import Known, known_in
 from symdyn.numeric.recording import ChannelKey, Recording
 from symdyn.spec.records import EffectSpec, Quantity, Robot
 
@@ -44,6 +45,16 @@ class Signals:
     per_joint: Array
     speeds: Array
     twists: Array | None = None
+    known: Known | None = None  # parameters that the recording tells
+
+    def sets(self, p: Array, index: Mapping[str, int]) -> tuple[Array, NDArray[np.int64]]:
+        """(S, np) values of all parameters: ``p`` (np,), but for those that are known; and (N,) which of them hold."""
+        if self.known is None:
+            return p[None, :], np.zeros(len(self.y), dtype=np.int64)
+        distinct, holds = np.unique(self.known.values, axis=0, return_inverse=True)
+        found = np.repeat(p[None, :], len(distinct), axis=0)
+        found[:, [index[name] for name in self.known.names]] = distinct
+        return found, holds.reshape(-1).astype(np.int64)
 
     @property
     def judged(self) -> tuple[str, ...]:
@@ -81,6 +92,8 @@ def signals(robot: Robot, kernel: Kernel, recording: Recording) -> Signals:
     u, given = np.zeros((count, len(kernel.inputs))), set[str]()
     columns: list[tuple[str, int, Array]] = []
     for key, values in recording.channels.items():
+        if key[0] is Quantity.PARAMETER:
+            continue
         name, scale = _name(robot, kernel, key)
         shown = key[0] is Quantity.VOLTAGE and "." in key[1] and name in kernel.outputs  # of a sensor on that part
         if name in kernel.inputs and not shown:
@@ -108,6 +121,7 @@ def signals(robot: Robot, kernel: Kernel, recording: Recording) -> Signals:
         recording.time, u, y, np.array([i for _, i, _ in columns]), tuple(n for n, _, _ in columns), steps,
         np.array([_rounding(column) for column in y.T]),
         per_joint(robot, kernel.coordinates), usual_speeds(robot, recording, kernel.coordinates),
+        known=known_in(kernel, recording),
     )  # fmt: skip
 
 
@@ -123,7 +137,8 @@ def stretch(signals: Signals, count: int) -> Signals:
     part = slice(first, first + count)
     steps = signals.steps[part].copy()
     steps[-1] = np.nan
-    return replace(signals, time=signals.time[part], u=signals.u[part], y=signals.y[part], steps=steps)
+    known = None if signals.known is None else replace(signals.known, values=signals.known.values[part])
+    return replace(signals, time=signals.time[part], u=signals.u[part], y=signals.y[part], steps=steps, known=known)
 
 
 def opening(signals: Signals, position: Array, span: float) -> tuple[float, float]:
