@@ -193,12 +193,12 @@ def _check_stages(found: list[Attachment], robot: Robot, motors: set[str]) -> No
     elsewhere = {joint.name for joint in robot.joints if joint.passive or (joint.drive and joint.drive.effort_at)}
     undriven = motors | elsewhere
     quick = {motor for joint in robot.joints if (motor := _quick_circuit(joint)) is not None}
-    followed = [(i.address, i.effect.reference_unit()) for i in found if i.effect.stage >= 0]
+    followed = [(i.joint, i.effect.reference_unit()) for i in found if i.effect.stage >= 0]
     for i in found:
         where = next((e.where for e in robot.effects if (e.type, e.at) == (i.effect.identifier, i.address)), None)
-        if i.effect.stage < 0 and (i.address, i.effect.reference_unit()) not in followed:
-            message = f"{i.effect.identifier} at '{i.address}': no servo loop there follows a position"
-            raise InputError(Problem("SD109", message, where, "put it at the place of the loop"))
+        if i.effect.stage < 0 and (i.joint, i.effect.reference_unit()) not in followed:
+            message = f"{i.effect.identifier} at '{i.address}': no servo loop of this joint follows a position"
+            raise InputError(Problem("SD109", message, where, "declare the loop: position_servo at the motor, say"))
         if i.address in quick and i.effect.reference_unit() is not None:
             message = f"{i.effect.identifier} at '{i.address}' is an algebraic loop: the current follows at once"
             raise InputError(Problem("SD454", message, where, "give the motor its inductance"))

@@ -90,6 +90,8 @@ def candidates(robot: Robot) -> tuple[Candidate, ...]:
         for effect in catalogue().values():
             if not effect.proposable or place.kind not in effect.attaches_to or place.motion not in effect.motions:
                 continue
+            if effect.reference_unit() is not None:  # it drives no joint whose effort is known
+                continue
             if (effect.identifier, place.address) in present:
                 continue
             if effect.identifier in load_dependent() and place.address in passive:  # its friction is all its load

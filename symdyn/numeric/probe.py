@@ -123,7 +123,7 @@ def _loaded(motion: Motion, alone: str, counts: Mapping[str, float]) -> Robot:
     for effect in [catalogue()[alone]] if alone else catalogue().values():
         if not effect.proposable or PlaceKind.JOINT not in effect.attaches_to or motion not in effect.motions:
             continue
-        if not alone and _is_alone(effect):
+        if effect.reference_unit() is not None or (not alone and _is_alone(effect)):
             continue
         values = {}
         for schema in effect.parameters:

@@ -58,6 +58,8 @@ def blocks() -> Iterator[str]:
         fitting = [p for p in places(robot) if p.kind in effect.attaches_to and p.motion in effect.motions]
         if identifier in ("effort_gain", "effort_saturation"):
             fitting = [place for place in fitting if place.address == "slides"]  # which has no motor
+        if effect.stage < 0:  # ahead of the loops of a joint that has one
+            fitting = [place for place in fitting if place.address == "slides"]
         if identifier in load_dependent():
             fitting = [place for place in fitting if "." in place.address]  # the load of a joint is no law of its port
         if identifier != "dc_motor":

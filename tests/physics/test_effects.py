@@ -200,6 +200,8 @@ def traces(effect: Effect, p: Values) -> dict[str, sp.Expr]:
     found["input"] = amplified - CONTROL if amplified is not None else sp.Integer(0)
     if isinstance(effect, ServoLoop):
         found["output"] = effect.output(PORT, p, z[: len(effect.memory(p))], CONTROL)
+    elif (followed := effect.controls(PORT, p, z, CONTROL)) is not None:
+        found["reference"] = followed - CONTROL
     return found
 
 

@@ -267,7 +267,7 @@ def test_a_reference_is_in_the_unit_of_its_loop(valid: str, catalogue: Catalogue
     for robot, text, code, message in (
         (loose, told, "SD203", "no servo loop at `elbow` follows a reference"),
         (servo, f'{told}side = "motor"\n', "SD203", "a reference has no side"),
-        (servo, told.replace("deg", "V"), "SD221", "`V`"),
+        (servo, told.replace("deg", "V"), "SD221", "expected angle"),
         (servo, told.replace("elbow", "shoulder"), "SD203", "no servo loop at `shoulder`"),
     ):
         path.write_text(text, encoding="utf-8")

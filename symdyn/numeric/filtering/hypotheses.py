@@ -59,8 +59,8 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
                 continue
             if (effect.identifier, place.address) in present or _part_of_drive(effect.identifier, place.kind):
                 continue
-            if effect.identifier in DELAYS and joint_name(place.address) in looped:
-                continue  # the loop would act late, and not on a late input
+            if effect.identifier in DELAYS and (effect.reference_unit() or joint_name(place.address) in looped):
+                continue  # within a loop it would be the loop that is late, and not its input
             free = [p for p in effect.parameters if not (p.is_count or p.scan is Scan.ASSUMED or _is_kept(p))]
             shapes = [p for p in free if _is_shape(p)]
             linear = tuple(p for p in free if not _is_shape(p))

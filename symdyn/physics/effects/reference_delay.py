@@ -14,7 +14,7 @@ from symdyn.spec.records import Motion
 
 @final
 class ReferenceDelay(DeadTime):
-    """The reference of a position servo or position loop at the same place comes late (``DeadTime``).
+    """The reference of the position servo or position loop of this joint comes late (``DeadTime``).
 
     It acts ahead of every loop, wherever it is declared: what a bus or a queue of commands does.
     """
@@ -25,7 +25,6 @@ class ReferenceDelay(DeadTime):
     parameters = dead_time((Motion.ROTATIONAL, Motion.TRANSLATIONAL))
     passes = DISPLACEMENT
     proposable = True
-    opens = False
     stage = -1
     signature = "the machine follows late by the same time, however slow its loop is"
 
