@@ -123,8 +123,8 @@ RIG = Rig(
     folder="sts_servo_pendulum",
     model=lambda: MODEL,
     runs=runs,
-    split="trained on two weights and two gains, one run of each of two references, judged on another weight, two other "
-    "gains and another reference",
+    split="trained on two weights and two gains, one run of each of two references, judged on another weight, two "
+    "other gains and another reference",
     published="Coulomb 0.16 to 0.18 N m on passive drops, Stribeck 0.084 rad/s, viscous 0.076 N m s/rad; whether "
     "friction depends on the load is disputed; backlash at high gains; a position offset of -0.008 to -0.014 rad",
     remark="The loop's gains are those that were set; its limit is the supply's voltage. The motor is what its data "

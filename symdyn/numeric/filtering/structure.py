@@ -74,7 +74,7 @@ def with_shaft(
     model = replace(model, freed=(*freed, new), lagging=lagging)
     index = current.fit.bench.index
     p = model.values
-    names = {name: i for i, name in enumerate(model.kernel.parameters)}
+    names = {name: i for i, name in enumerate((*model.kernel.parameters, *model.delays))}
     for name, i in names.items():
         if name in index:
             p[i] = current.fit.p[index[name]]

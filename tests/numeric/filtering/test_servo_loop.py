@@ -13,8 +13,11 @@ from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.driving import limits
-from symdyn.numeric.filtering.model import Model, prepare, without_latent
+from symdyn.numeric.filtering.judged import explained
+from symdyn.numeric.filtering.likelihood import fit
+from symdyn.numeric.filtering.model import Model, candidate_beliefs, prepare, without_latent
 from symdyn.numeric.filtering.places import push_at
+from symdyn.numeric.filtering.structure import with_shaft
 from symdyn.numeric.findings import Diagnosis, Verdict
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.servo_loops import as_driven, loops_left_out
@@ -133,3 +136,18 @@ def test_a_reference_that_comes_late(robot: Robot, tmp_path: Path) -> None:
     delay = found.findings[0].parameters["delay"]
     assert min(abs(delay.value - late) for late in (0.012, 0.013)) < 1e-4
     assert [e.type for e in found.diagnosed.effects][-1] == "reference_delay"
+
+
+@pytest.mark.slow
+def test_a_delay_that_was_found_stays_where_a_rotor_is_freed(robot: Robot, tmp_path: Path) -> None:
+    recording = recorded(tmp_path / "a.csv", robot, 1, 200.0, 2.0, late=0.02)
+    model = _prepared(robot, recording)
+    late = next(c for c in model.proposed if c.effect == "reference_delay")
+    bench, p = model.bench(model.training, without_latent(model, model.training), False), model.values
+    p[bench.index[late.parameter(late.linear[0])]] = 0.02
+    beliefs = {**model.beliefs, **candidate_beliefs(late, None)}
+    current = explained(model, ((late, None),), beliefs, fit(bench, p, beliefs, most=2))
+    _, after = with_shaft(model.robot, model.robot.joints[0], (), (), current, (recording, recording), lambda _: None)
+    delay = after.fit.bench.index[late.parameter(late.linear[0])]
+    assert after.fit.p[delay] == pytest.approx(0.02, abs=0.003)
+    assert late.parameter(late.linear[0]) in after.beliefs
