@@ -87,7 +87,7 @@ parameter = "gain"
 unit = "V/rad"
 """
 # trajectories, gains and weights
-TRAINED = ("sin_time_square", "up_and_down"), (8, 32), (0.535, 0.969)
+TRAINED = ("sin_time_square", "up_and_down"), (8, 16, 32), (0.535, 0.969)
 JUDGED = ("sin_sin",), (12, 24), (0.741,)
 NEAR = 1e-3  # m, kg
 ENABLED = 8  # column: whether the servo drives
@@ -123,7 +123,7 @@ RIG = Rig(
     folder="sts_servo_pendulum",
     model=lambda: MODEL,
     runs=runs,
-    split="trained on two weights and two gains, one run of each of two references, judged on another weight, two "
+    split="trained on two weights and three gains, one run of each of two references, judged on another weight, two "
     "other gains and another reference",
     published="Coulomb 0.16 to 0.18 N m on passive drops, Stribeck 0.084 rad/s, viscous 0.076 N m s/rad; whether "
     "friction depends on the load is disputed; backlash at high gains; a position offset of -0.008 to -0.014 rad",
