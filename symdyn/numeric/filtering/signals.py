@@ -107,7 +107,10 @@ def signals(robot: Robot, kernel: Kernel, recording: Recording) -> Signals:
     where = robot.channels.where if robot.channels else None
     if missing:
         message = f"recording '{recording.name}' does not hold {', '.join(missing)}"
-        raise InputError(Problem("SD520", message, where, "map a column to it under [[recording.channel]]"))
+        hint = "map a column to it under [[recording.channel]]"
+        if any(name.endswith(".voltage") for name in missing):
+            hint += ", or the reference that its servo loop follows"
+        raise InputError(Problem("SD520", message, where, hint))
     if not columns:
         message = f"recording '{recording.name}' measures nothing that the model answers with"
         raise InputError(Problem("SD521", message, where, "map a position, speed, current or sensor voltage"))
