@@ -146,6 +146,26 @@ def _pade(taylor: list[float], n: int) -> tuple[np.ndarray, np.ndarray]:
     return below[::-1], np.array(above)[::-1]
 
 
+SERVO = '[[effect]]\ntype = "position_servo"\nat = "axis.motor"\nproportional = 3\nderivative = 0.2\nlimit = 1e9\n'
+LATE = '[[effect]]\ntype = "reference_delay"\nat = "axis.motor"\ndelay = 0.3\norder = 4\n'
+
+
+@pytest.mark.parametrize("blocks", [SERVO + LATE, LATE + SERVO])
+def test_a_late_reference_is_ahead_of_the_loop_wherever_it_is_declared(blocks: str) -> None:
+    """exp(-s T) times the loop without it: dead time within the loop would change its poles."""
+    system, plain = (linear(robot_from_text(ROTOR + text, "rotor")) for text in (blocks, SERVO))
+    s = 1j * np.array([0.01, 0.3, 1.0, 3.0])
+    np.testing.assert_allclose(system(s), plain(s) * np.exp(-0.3 * s), rtol=1e-4)
+    assert equations_of_motion(robot_from_text(ROTOR + blocks, "rotor")).inputs[0].name == "axis.motor.reference"
+
+
+def test_a_late_reference_needs_a_loop_that_follows_a_position() -> None:
+    speed = '[[effect]]\ntype = "speed_loop"\nat = "axis.motor"\nproportional = 3\nlimit = 1e9\n'
+    for loop in ("", speed):
+        with pytest.raises(InputError, match="no servo loop of this joint follows a position"):
+            equations_of_motion(robot_from_text(ROTOR + loop + LATE, "rotor"))
+
+
 def test_nothing_of_a_step_comes_through_a_delay_at_once() -> None:
     delay = '[[effect]]\ntype = "input_delay"\nat = "axis.circuit"\ndelay = 0.3\norder = 5\n'
     time = np.linspace(0, 3, 600)
