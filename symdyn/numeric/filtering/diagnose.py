@@ -30,7 +30,6 @@ from symdyn.numeric.filtering.simpler import simpler
 from symdyn.numeric.filtering.telling import finding
 from symdyn.numeric.filtering.wider import widened
 from symdyn.numeric.findings import Diagnosis, Finding
-from symdyn.numeric.known import known_names
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.verdict import NEGLIGIBLE
 from symdyn.spec.records import Robot
@@ -68,7 +67,7 @@ def diagnose_hidden(
 def _diagnosed(
     robot: Robot, training: Recording, heldout: Recording, progress: Progress, hold: Sequence[str]
 ) -> Diagnosis:
-    held = held_parameters(robot, free_parameters(robot), hold) | known_names((training, heldout))
+    held = held_parameters(robot, free_parameters(robot), hold)
     progress(f"deriving and compiling {robot.name}")
     bare = holding(_compiled(robot, training, heldout, only=("",)), held)
     with ThreadPoolExecutor(1) as beside:  # a kernel with every hypothesis takes as long as the first fits without any

@@ -21,6 +21,7 @@ from symdyn.numeric.filtering.places import Latent, is_push, latents
 from symdyn.numeric.filtering.signals import Signals, seen_by, signals
 from symdyn.numeric.filtering.twists import with_twists
 from symdyn.numeric.gearing import joint_of
+from symdyn.numeric.known import known_names
 from symdyn.numeric.recording import Recording
 from symdyn.spec.effect_schema import Scan
 from symdyn.spec.monomials import parameter_of
@@ -110,8 +111,10 @@ def prepare(
     speeds = usual_speeds(seen, training, at)
     widths = {address: _rounded(SHARPNESS * speed) for address, speed in zip(at, speeds, strict=True)}
     kernel = compile_robot(whole, widths).kernel()
+    known = known_names((training, heldout))
+    beliefs = {name: belief for name, belief in _beliefs(seen, kernel).items() if name not in known}
     return Model(
-        seen, kernel, proposed, latents(seen, kernel, proposed), _beliefs(seen, kernel),
+        seen, kernel, proposed, latents(seen, kernel, proposed), beliefs,
         *with_twists(signals(seen, kernel, training), signals(seen, kernel, heldout)), delays(kernel, proposed),
     )  # fmt: skip
 

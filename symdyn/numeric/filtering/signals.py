@@ -15,6 +15,7 @@ from symdyn.numeric.filtering.gears import per_joint, usual_speeds
 from symdyn.numeric.gearing import coordinate_shown, effort_shown, joint_of, motor_rotor
 from symdyn.numeric.known import Known, known_in
 from symdyn.numeric.recording import ChannelKey, Recording
+from symdyn.numeric.servo_loops import as_driven
 from symdyn.spec.records import EffectSpec, Quantity, Robot
 
 Array = NDArray[np.float64]
@@ -70,9 +71,9 @@ class Signals:
 def seen_by(robot: Robot, recordings: Sequence[Recording]) -> Robot:
     """The robot with an ammeter wherever a current was measured that is no state of its circuit.
 
-    Where no voltage was recorded, the current is what drives it.
+    Where no voltage was recorded, the current is what drives it; servo loops are those that references drive.
     """
-    robot = driven_by_current(robot, recordings)
+    robot = driven_by_current(as_driven(robot, recordings), recordings)
     keys = {key for recording in recordings for key in recording.channels}
     present = {(e.type, e.at) for e in robot.effects}
     added = []
