@@ -24,9 +24,14 @@ def reach(robot: Robot, address: str) -> float:
     return gear_ratio(robot, joint_of(robot, address)) if "." in address else 1.0
 
 
+def joint_name(address: str) -> str:
+    """Of the joint that an address is, or belongs to."""
+    return address.partition(".")[0]
+
+
 def joint_of(robot: Robot, address: str) -> Joint:
     """The joint that an address is, or belongs to."""
-    return next(joint for joint in robot.joints if joint.name == address.partition(".")[0])
+    return next(joint for joint in robot.joints if joint.name == joint_name(address))
 
 
 def coordinate_shown(robot: Robot, key: ChannelKey) -> tuple[str, float]:

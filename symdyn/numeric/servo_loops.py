@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from symdyn.derive.loops import continuous, periods
 from symdyn.numeric.circuits import current_of, has_voltage
+from symdyn.numeric.gearing import joint_name
 from symdyn.numeric.recording import Recording
 from symdyn.physics import catalogue
 from symdyn.spec.records import EffectSpec, Joint, Quantity, Robot
@@ -37,10 +38,6 @@ def loops_left_out(robot: Robot, driven: Robot) -> tuple[str, ...]:
 
 def is_loop(effect: EffectSpec) -> bool:
     return catalogue()[effect.type].reference_unit() is not None
-
-
-def joint_name(address: str) -> str:
-    return address.partition(".")[0]
 
 
 def _cut(robot: Robot, joint: Joint, recording: Recording) -> bool:

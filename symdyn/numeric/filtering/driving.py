@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.signals import Signals
+from symdyn.numeric.gearing import joint_name
 
 Array = NDArray[np.float64]
 
@@ -30,8 +31,7 @@ def per_unit(kernel: Kernel, name: str, size: float, direction: Array) -> float:
 
 def limits(kernel: Kernel, signals: Signals, circuit: str, push: str) -> Array:
     """Voltages that may be the most which an amplifier gives; the parameter ``push`` adds to that of the circuit."""
-    joint = circuit.partition(".")[0]
-    column = next(i for i, name in enumerate(kernel.inputs) if name.partition(".")[0] == joint)
+    column = next(i for i, name in enumerate(kernel.inputs) if joint_name(name) == joint_name(circuit))
     size = np.abs(signals.u[:, column])
     if not kernel.inputs[column].endswith(".reference") or push not in kernel.parameters:
         return np.asarray(np.quantile(size, QUANTILES))

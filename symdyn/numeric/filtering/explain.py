@@ -31,6 +31,7 @@ from symdyn.numeric.filtering.model import Model, candidate_beliefs
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.filtering.stiff import that_show
+from symdyn.numeric.gearing import joint_name
 from symdyn.numeric.groups import same_place
 
 Array = NDArray[np.float64]
@@ -68,13 +69,14 @@ def with_effect(model: Model, current: Explanation, candidate: Candidate, shape:
 
 
 def _absorbed(model: Model, current: Explanation, candidate: Candidate) -> bool:
-    """Whether parameters went where they make up for such a delay: a circuit's of a late voltage; of a late reference
-    all of the machine's in the loop.
+    """Whether parameters went where they make up for such a delay.
+
+    Those of a circuit do so for a late voltage; for a late reference all of the machine in the loop.
     """
-    suspects = set(absorbing(current))
-    return candidate.effect in DELAYS and bool(
-        suspects if candidate.effect == LATE_REFERENCE else suspects & model.electrical
-    )
+    suspects = frozenset(absorbing(current))
+    if candidate.effect != LATE_REFERENCE:
+        suspects &= model.electrical
+    return candidate.effect in DELAYS and bool(suspects)
 
 
 def shaped(bench: FilterBench, p: Array, candidate: Candidate, shape: float | None) -> Array:
@@ -167,18 +169,13 @@ def ready(model: Model, current: Explanation) -> list[Candidate]:
     """
     there = [(c.effect, c.place.address) for c, _ in current.found] + [(e.type, e.at) for e in model.robot.effects]
     here = {(effect, at) for effect, place in there for at in same_place(model.robot, place)}
-    drives = {(effect, joint_of(at)) for effect, at in here}
+    drives = {(effect, joint_name(at)) for effect, at in here}
     return [
         c
         for c in model.proposed
         if (c.effect, c.place.address) not in here
-        and (c.builds_on is None or (c.builds_on, joint_of(c.place.address)) in drives)
+        and (c.builds_on is None or (c.builds_on, joint_name(c.place.address)) in drives)
     ]
-
-
-def joint_of(address: str) -> str:
-    """The joint whose drive an address is part of."""
-    return address.partition(".")[0]
 
 
 def _covers(current: Explanation) -> bool:

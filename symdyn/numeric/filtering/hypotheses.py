@@ -15,8 +15,8 @@ from symdyn.numeric.candidates import Candidate, counts_of, fitted_parameters
 from symdyn.numeric.filtering.driving import limits
 from symdyn.numeric.filtering.places import push_at
 from symdyn.numeric.filtering.signals import Signals
-from symdyn.numeric.gearing import turns_with_joint
-from symdyn.numeric.servo_loops import is_loop, joint_name
+from symdyn.numeric.gearing import joint_name, turns_with_joint
+from symdyn.numeric.servo_loops import is_loop
 from symdyn.physics import catalogue, in_stages, load_dependent
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
@@ -73,15 +73,16 @@ def hypotheses(robot: Robot) -> tuple[Candidate, ...]:
 
 
 def _late_references(robot: Robot) -> list[Candidate]:
-    """One for every position that a servo loop follows."""
-    law, loops = catalogue()[LATE_REFERENCE], {e.at: e for e in robot.effects if is_loop(e)}
-    outermost = {joint_name(at): at for at in reversed(loops)}
-    by_address = {place.address: place for place in places(robot)}
+    """One for every position that a servo loop follows, and that does not come late in the model as it is."""
+    law, by_address = catalogue()[LATE_REFERENCE], {place.address: place for place in places(robot)}
     (delay,) = (schema for schema in law.parameters if not schema.is_count)
+    loops = [e for e in robot.effects if is_loop(e)]
+    outermost = {joint_name(e.at): e for e in reversed(loops)}
+    late = {joint_name(e.at) for e in loops if e.type == LATE_REFERENCE}
     return [
-        Candidate(law.identifier, law.title, by_address[at], (delay,), (), law.builds_on)
-        for at in outermost.values()
-        if catalogue()[loops[at].type].reference_unit() == law.reference_unit()
+        Candidate(law.identifier, law.title, by_address[e.at], (delay,), (), law.builds_on)
+        for joint, e in outermost.items()
+        if joint not in late and catalogue()[e.type].reference_unit() == law.reference_unit()
     ]
 
 

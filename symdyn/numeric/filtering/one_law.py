@@ -14,7 +14,7 @@ import numpy as np
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.budget import allowed
-from symdyn.numeric.filtering.explain import Progress, at_null, begun, fitted, joint_of, ready, shaped
+from symdyn.numeric.filtering.explain import Progress, at_null, begun, fitted, ready, shaped
 from symdyn.numeric.filtering.judged import (
     LEVEL,
     WORTH,
@@ -32,6 +32,7 @@ from symdyn.numeric.filtering.model import Model, candidate_beliefs
 from symdyn.numeric.filtering.score import Left, Score, scores
 from symdyn.numeric.filtering.telling import finding
 from symdyn.numeric.findings import Finding
+from symdyn.numeric.gearing import joint_name
 
 TRIED = 2  # laws that are fitted in place of a pair
 PROMISES = 0.5  # of what both bring, to first order: what promises less is not fitted
@@ -57,10 +58,10 @@ def in_one_law(
 
 def _pairs(current: Explanation) -> Iterator[Pair]:
     """Those on one drive, on neither of which anything else builds."""
-    bases = {(c.builds_on, joint_of(c.place.address)) for c, _ in current.found}
-    free = [item for item in current.found if (item[0].effect, joint_of(item[0].place.address)) not in bases]
+    bases = {(c.builds_on, joint_name(c.place.address)) for c, _ in current.found}
+    free = [item for item in current.found if (item[0].effect, joint_name(item[0].place.address)) not in bases]
     for one, other in combinations(free, 2):
-        if joint_of(one[0].place.address) == joint_of(other[0].place.address):
+        if joint_name(one[0].place.address) == joint_name(other[0].place.address):
             yield one, other
 
 
@@ -97,12 +98,12 @@ def _without(model: Model, current: Explanation, pair: Pair) -> Explanation:
 
 def _smaller(model: Model, rest: Explanation, pair: Pair) -> list[Candidate]:
     """Laws on their drive with fewer numbers than both; neither of the two, which had to earn its place."""
-    drive, numbers = joint_of(pair[0][0].place.address), sum(c.size for c, _ in pair)
+    drive, numbers = joint_name(pair[0][0].place.address), sum(c.size for c, _ in pair)
     asked = {(c.effect, c.place.address) for c, _ in pair}
     return [
         c
         for c in ready(model, rest)
-        if joint_of(c.place.address) == drive and c.size < numbers and (c.effect, c.place.address) not in asked
+        if joint_name(c.place.address) == drive and c.size < numbers and (c.effect, c.place.address) not in asked
     ]
 
 

@@ -13,6 +13,7 @@ from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.driving import limits
+from symdyn.numeric.filtering.hypotheses import hypotheses
 from symdyn.numeric.filtering.judged import explained
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import Model, candidate_beliefs, prepare, without_latent
@@ -59,6 +60,21 @@ def test_a_sampled_loop_is_taken_for_continuous(tmp_path: Path) -> None:
         "the servo loop at arm.motor is sampled every 0.002 s, and taken for continuous",
     )
     assert not dict(driven.effects[1].values)["period"].coefficient
+
+
+def test_a_late_reference_is_asked_for_once(robot: Robot, tmp_path: Path) -> None:
+    """Of each position that is followed; not where a voltage drives the machine, nor where the model has it."""
+    declared = '\n[[effect]]\ntype = "reference_delay"\nat = "arm.motor"\ndelay = "5 ms"\n'
+    told = robot_from_text(MODEL.replace("\n[recording]", f"{declared}\n[recording]"), "late.toml")
+    text = MODEL.replace("position_servo", "speed_loop").replace('"P"', "0.1").replace('derivative = "D"\n', "")
+    asked = 'quantity = "reference"\njoint = "arm"\nunit = "rad'
+    speed = robot_from_text(text.replace(asked, f"{asked}/s"), "speed.toml")
+    for machine, at in ((robot, ["arm.motor"]), (told, []), (speed, [])):
+        found = [c for c in hypotheses(machine) if "delay" in c.effect]
+        assert [c.place.address for c in found if c.effect == "reference_delay"] == at
+        assert not [c for c in found if c.effect == "input_delay"]
+    cut = as_driven(robot, [with_channel(recorded(tmp_path / "a.csv", robot, 1, seconds=1.0), Quantity.VOLTAGE)])
+    assert [c.place.address for c in hypotheses(cut) if "delay" in c.effect] == ["arm.circuit"]
 
 
 def _prepared(robot: Robot, recording: Recording) -> Model:
