@@ -181,11 +181,12 @@ def with_latent(noise: Noise, latent: Latent, power: float) -> Noise:
 
 
 def _beliefs(robot: Robot, kernel: Kernel) -> dict[str, Belief]:
-    limits = bounds(robot)
+    limits, either = bounds(robot), _of_either_sign(robot)
     found = {}
     for name in free_parameters(robot):
         value = float(kernel.values[kernel.parameters.index(name)])
-        lower, upper = limits.get(name, (0.0, math.inf))
+        least = -math.inf if value <= 0.0 and name in either else 0.0
+        lower, upper = limits.get(name, (least, math.inf))
         if value > 0.0 and lower >= 0.0:
             found[name] = Belief(positive=True, centre=math.log(value), spread=PRIOR)
         else:
@@ -195,6 +196,13 @@ def _beliefs(robot: Robot, kernel: Kernel) -> dict[str, Belief]:
         if torque in found and emf in found and found[torque].positive and found[emf].positive:
             found[torque] = replace(found[torque], like=emf, apart=RECIPROCAL)
     return found
+
+
+def _of_either_sign(robot: Robot) -> frozenset[str]:
+    """Coordinates of centres of mass, and products of inertia."""
+    links = [joint.link for joint in robot.joints] + ([robot.tool.link] if robot.tool is not None else [])
+    values = [value for link in links for value in (*link.com, *link.inertia[3:])]
+    return frozenset(name for value in values for name, _ in value.factors)
 
 
 def one_magnet(robot: Robot) -> tuple[tuple[str, str], ...]:

@@ -81,6 +81,16 @@ def _prepared(robot: Robot, recording: Recording) -> Model:
     return prepare(robot, recording, recording)
 
 
+def test_a_centre_of_mass_may_be_on_either_side(robot: Robot, tmp_path: Path) -> None:
+    """A link's frame is at its end in the standard convention, and its centre of mass behind it."""
+    recording = recorded(tmp_path / "a.csv", robot, 1, seconds=1.0)
+    rows = MODEL.replace('["q - 90 deg", 0, 0, 0]', '["q - 90 deg", 0, 0.35, 0]')
+    for centre in (-0.15, 0.0):
+        behind = robot_from_text(rows.replace('"0.2 m"', f'"{centre} m"'), "behind.toml")
+        belief = prepare(behind, recording, recording, only=("",)).beliefs["c"]
+        assert [belief.value(belief.coordinate(c)) for c in (centre, -0.2)] == [centre, -0.2]
+
+
 def test_limits_that_are_tried_are_volts(robot: Robot, tmp_path: Path) -> None:
     """Not the reference's radians: of P = 3.6 V/rad on all of it and down to a hundredth."""
     model = _prepared(robot, recorded(tmp_path / "a.csv", robot, 1, seconds=1.0))
