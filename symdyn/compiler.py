@@ -19,7 +19,6 @@ from symdyn.base.memory import collector_paused
 from symdyn.derive.clocks import require_continuous
 from symdyn.derive.equations import EquationsOfMotion, equations_of_motion
 from symdyn.derive.linearize import without_nonsmooth, without_null_effects
-from symdyn.derive.loops import continuous, periods, without_loops
 from symdyn.derive.switches import hybrid_equations
 from symdyn.emit import latex, markdown
 from symdyn.emit.forms import Form, forms
@@ -30,6 +29,7 @@ from symdyn.emit.target import Target
 from symdyn.emit.targets import DEFAULT_TARGET, target
 from symdyn.emit.templates import digest
 from symdyn.physics import schemas
+from symdyn.physics.loops import continuous, periods, without_loops
 from symdyn.program.cost import Cost
 from symdyn.program.functions import functions
 from symdyn.program.hybrid_functions import has_steady_drag, hybrid_functions, is_affine

@@ -66,6 +66,7 @@ resistance = 1
 torque_constant = 0.1
 back_emf_constant = 0.1
 """
+LOOP = '\n[[effect]]\ntype = "position_servo"\nat = "shoulder.motor"\nproportional = 50\nlimit = 24\n'
 LOAD = '\n[parameters]\nm_load = "0 kg"\n'
 TIME = '\n[recording]\ntime = { column = "t", unit = "s" }\n'
 AROUND_THE_BLOCKS = (  # of docs/format.md: what each leaves out, before and after it
@@ -79,6 +80,7 @@ AROUND_THE_BLOCKS = (  # of docs/format.md: what each leaves out, before and aft
     (HEAD + DH + JOINT.format("axis1"), ""),
     (HEAD + DH + JOINT.format("axis1") + CIRCUIT, ""),
     (HEAD + DH + JOINT.format("shoulder"), ""),
+    (HEAD + DH + JOINT.format("shoulder") + CIRCUIT + LOOP + TIME, ""),
     (HEAD + LOAD + DH + JOINT.format("shoulder") + TIME, ""),
 )
 PAGES = [*sorted(CHECKOUT.glob("*.md")), *sorted((CHECKOUT / "docs").glob("*.md"))]

@@ -29,7 +29,7 @@ def geared(
     at, law = {place.address: place for place in places(robot)}, catalogue().get(effect)
     if law is None or not law.proposable or any(x not in at or at[x].kind not in MOVING for x in (here, there)):
         return None
-    if joint_of(robot, here) != joint_of(robot, there):
+    if law.reference_unit() is not None or joint_of(robot, here) != joint_of(robot, there):
         return None
     schemas = {schema.name: schema for schema in law.parameters}
     further = reach(robot, there) / reach(robot, here)

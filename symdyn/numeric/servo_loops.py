@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symdyn.derive.loops import continuous, periods
 from symdyn.numeric.circuits import current_of, has_voltage
 from symdyn.numeric.gearing import joint_name
 from symdyn.numeric.recording import Recording
 from symdyn.physics import catalogue
+from symdyn.physics.loops import continuous, periods
 from symdyn.spec.records import EffectSpec, Joint, Quantity, Robot
 
 

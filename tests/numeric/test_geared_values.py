@@ -33,7 +33,7 @@ rotors = [{{ name = "motor", inertia = 1e-4, fixed_to_joint = true }}]
 """
 JOINTS = (("turns", RATIO), ("slides", RATIO), ("against", -RATIO))
 GEARED = robot_from_text(ROBOT + "".join(JOINT.format(name=name, ratio=r) for name, r in JOINTS), "geared.toml")
-TIED = {"counterbalance_spring", "unbalance"}  # to the weight
+TIED = {"counterbalance_spring", "unbalance", "reference_delay"}  # to the weight, to a loop
 LAWS = [name for name, law in catalogue().items() if law.proposable and law.attaches_to & MOVING and name not in TIED]
 
 
