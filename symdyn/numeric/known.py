@@ -28,16 +28,20 @@ class Known:
     names: tuple[str, ...]
     values: Array
 
+    def sets(self, p: Array, index: Sequence[int]) -> tuple[Array, NDArray[np.int64]]:
+        """(S, np) values of all parameters: ``p`` (np,), but for those known, at ``index``; (N,) which of them hold."""
+        distinct, holds = np.unique(self.values, axis=0, return_inverse=True)
+        found = np.repeat(p[None, :], len(distinct), axis=0)
+        found[:, index] = distinct
+        return found, holds.reshape(-1).astype(np.int64)
+
     def effort(self, kernel: Kernel, motion: tuple[Array, Array, Array], p: Array) -> Array:
         """(N, n) that their values need, more than those in ``p`` do."""
-        index = [kernel.parameters.index(name) for name in self.names]
-        distinct, which = np.unique(self.values, axis=0, return_inverse=True)
+        sets, holds = self.sets(p, [kernel.parameters.index(name) for name in self.names])
         effort = np.zeros_like(motion[0])
-        for i, values in enumerate(distinct):
-            rows = which.reshape(-1) == i
+        for i, loaded in enumerate(sets):
+            rows = holds == i
             here = [np.ascontiguousarray(each[rows]) for each in motion]
-            loaded = p.copy()
-            loaded[index] = values
             with_it, without = (kernel.rows("inverse_dynamics_p", *here, x) for x in (loaded, p))
             effort[rows] = with_it - without
         return effort

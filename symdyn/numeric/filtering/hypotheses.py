@@ -154,8 +154,8 @@ def free_parameters(robot: Robot) -> tuple[str, ...]:
 
 def delays(kernel: Kernel, proposed: Sequence[Candidate]) -> tuple[str, ...]:
     """For each input of the kernel a name for how late it comes, that of the hypothesis where there is one."""
-    named = {c.place.address.partition(".")[0]: c.parameter(c.linear[0]) for c in proposed if c.effect in DELAYS}
-    joints = [name.partition(".")[0] for name in kernel.inputs]
+    named = {joint_name(c.place.address): c.parameter(c.linear[0]) for c in proposed if c.effect in DELAYS}
+    joints = [joint_name(name) for name in kernel.inputs]
     return tuple(named.get(joint, f"{joint}_delay") for joint in joints)
 
 

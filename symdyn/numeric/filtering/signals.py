@@ -12,7 +12,7 @@ from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.circuits import driven_by_current
 from symdyn.numeric.filtering.gears import per_joint, usual_speeds
-from symdyn.numeric.gearing import coordinate_shown, effort_shown, joint_of, motor_rotor
+from symdyn.numeric.gearing import coordinate_shown, effort_shown, joint_name, joint_of, motor_rotor
 from symdyn.numeric.known import Known, known_in
 from symdyn.numeric.recording import ChannelKey, Recording
 from symdyn.numeric.servo_loops import as_driven
@@ -52,10 +52,7 @@ class Signals:
         """(S, np) values of all parameters: ``p`` (np,), but for those that are known; and (N,) which of them hold."""
         if self.known is None:
             return p[None, :], np.zeros(len(self.y), dtype=np.int64)
-        distinct, holds = np.unique(self.known.values, axis=0, return_inverse=True)
-        found = np.repeat(p[None, :], len(distinct), axis=0)
-        found[:, [index[name] for name in self.known.names]] = distinct
-        return found, holds.reshape(-1).astype(np.int64)
+        return self.known.sets(p, [index[name] for name in self.known.names])
 
     @property
     def judged(self) -> tuple[str, ...]:
@@ -79,7 +76,7 @@ def seen_by(robot: Robot, recordings: Sequence[Recording]) -> Robot:
     added = []
     for joint in robot.joints:
         motor = joint.drive.motor if joint.drive else None
-        if motor is None or not any(q is Quantity.CURRENT and at.partition(".")[0] == joint.name for q, at, _ in keys):
+        if motor is None or not any(q is Quantity.CURRENT and joint_name(at) == joint.name for q, at, _ in keys):
             continue
         place = f"{joint.name}.{motor.name}"
         if not motor.inductance.coefficient and ("ammeter", place) not in present:
@@ -168,7 +165,7 @@ def _name(robot: Robot, kernel: Kernel, key: ChannelKey) -> tuple[str | None, fl
         address, scale = effort_shown(robot, key)
         candidates = [f"{address}.effort", f"{address}.input"]
     elif quantity is Quantity.REFERENCE:
-        candidates = [n for n in kernel.inputs if n.endswith(".reference") and n.partition(".")[0] == joint.name]
+        candidates = [n for n in kernel.inputs if n.endswith(".reference") and joint_name(n) == joint.name]
     elif quantity in _INPUT_UNIT:
         motor = motor_rotor(joint)
         circuit = f"{joint.name}.{joint.drive.motor.name}" if joint.drive and joint.drive.motor else None
