@@ -14,21 +14,38 @@ from symdyn.numeric.position_noise import speed_noise
 Array = NDArray[np.float64]
 
 REST = 3.0  # standard deviations of a speed's own noise: a slower joint has no direction that could be told
-TOUCHED = 0.002  # weight of standing samples in the analysis band's filter from which a sample counts as standing
-MOSTLY = 0.5  # of the samples: a joint that stands longer is not judged by the rest
+TOUCHED = 0.01  # weight of standing samples in the analysis band's filter from which a sample counts as standing
+MOSTLY = 0.5  # of the samples: a joint that stands longer is not judged by the rest; else that many count, at least
+
+Marked = NDArray[np.bool_]
+Holds = Callable[[Marked], Array]  # how much of marked samples (N, n) those in the analysis band (K, n) hold
 
 
-def resting(observation: Observation) -> NDArray[np.bool_]:
+def resting(observation: Observation) -> Marked:
     """(N, n) where no direction of motion can be told."""
     return np.asarray(np.abs(observation.qd) < REST * speed_noise(observation))
 
 
-def touched(observation: Observation, bring: Callable[[Array], Array]) -> NDArray[np.bool_]:
+def touched(observation: Observation, holds: Holds) -> Marked:
     """(K, n) samples in the analysis band that hold some of those."""
-    return np.asarray(np.abs(bring(resting(observation).astype(float))) > TOUCHED)
+    return np.asarray(holds(resting(observation)) > TOUCHED)
 
 
-def turning(observation: Observation, edge: float | None, bring: Callable[[Array], Array]) -> NDArray[np.bool_]:
+def standing(observation: Observation, holds: Holds, turns: Marked) -> Marked:
+    """(K, n) samples in the analysis band that tell nothing of a joint's equation: it stands there, or ``turns``.
+
+    A joint that stands shortly but often is never far from a standstill in a band's filter: of its samples, those count
+    that hold least of one. A joint that stands most of the time is taken as it is.
+    """
+    still = resting(observation)
+    weight = holds(still)
+    rests = weight > np.maximum(TOUCHED, np.quantile(weight, MOSTLY, axis=0))
+    rests &= np.mean(still, axis=0) <= MOSTLY
+    both = rests | turns
+    return np.asarray(np.where(np.mean(both, axis=0) > MOSTLY, rests, both))
+
+
+def turning(observation: Observation, edge: float | None, holds: Holds) -> Marked:
     """(K, n) samples around a reversal, in a band of which the ``edge`` (Hz) lies above that of the motion.
 
     Dry friction jumps there, and the acceleration with it. The effort shows the jump as it is, the motion shows it
@@ -44,4 +61,4 @@ def turning(observation: Observation, edge: float | None, bring: Callable[[Array
             speed = o.qd[part, j]
             turns = np.diff(np.sign(speed), prepend=np.sign(speed[:1])) != 0
             near[part, j] = ndimage.maximum_filter1d(turns, 2 * reach + 1)
-    return np.asarray(bring(near.astype(float)) > TOUCHED)
+    return np.asarray(holds(near) > TOUCHED)

@@ -1,0 +1,88 @@
+"""Standstills that are short and come often: what is counted beside them, and what is not."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+
+from symdyn.compiler import robot_from_text
+from symdyn.numeric.band import band_of
+from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.findings import Verdict
+from symdyn.numeric.recording import Recording
+from symdyn.numeric.rest import TOUCHED, resting, standing
+from symdyn.numeric.setting import Setting, prepare
+from symdyn.numeric.workbench import Workbench
+
+from .pendulum import recording
+from .slide import SLIDE
+
+RATE, FINE, SECONDS = 500.0, 20, 20
+MASS, VISCOUS, DRY = 2.1, 2.2, 12.0
+STIFF, DAMPED = 2000.0, 30.0  # of the servo, in N/m and N s/m: too soft to turn back at once
+STEP = 5e-5  # m, of the encoder
+
+
+@cache
+def softly_held(seed: int) -> Recording:
+    """A slide that a soft servo leads, and that sticks some hundredths of a second wherever it turns back.
+
+    Symplectic Euler, dry friction by projection: it sticks exactly.
+    """
+    rng = np.random.default_rng(seed)
+    frequency = np.array([0.4, 0.9, 1.7, 2.6]) * (1.0 + 0.05 * rng.random(4))
+    size, phase = np.array([0.08, 0.05, 0.03, 0.02]), rng.uniform(0.0, 2.0 * np.pi, 4)
+    time = np.arange(int(SECONDS * RATE)) / RATE
+    angle = 2.0 * np.pi * np.outer(time, frequency) + phase
+    wanted, quickly = (size * np.sin(angle)).sum(axis=1), (size * 2.0 * np.pi * frequency * np.cos(angle)).sum(axis=1)
+    x, v, h = float(wanted[0]), float(quickly[0]), 1.0 / RATE / FINE
+    shown, pushed = np.zeros(len(time)), np.zeros(len(time))
+    for k in range(len(time)):
+        shown[k] = STEP * round(x / STEP)
+        pushed[k] = STIFF * (wanted[k] - shown[k]) + DAMPED * (quickly[k] - v)
+        for _ in range(FINE):
+            v += h / MASS * (pushed[k] - VISCOUS * v)
+            v = math.copysign(max(abs(v) - h / MASS * DRY, 0.0), v)
+            x += h * v
+    return recording(time, shown, pushed + 0.3 * rng.standard_normal(len(time)))
+
+
+@cache
+def setting() -> Setting:
+    return prepare(robot_from_text(SLIDE, "slide.toml"), softly_held(1), softly_held(2), lambda _: None)
+
+
+def test_samples_beside_a_standstill_hold_it_though_their_filter_swings_through_zero() -> None:
+    seen = setting().seen
+    band = band_of(20.0, seen.rate)
+    marked = np.zeros_like(seen.q, dtype=bool)
+    marked[5000:5010] = True
+    plain, held = np.abs(band.bring(marked.astype(float), seen))[:, 0], band.holds(marked, seen)[:, 0]
+    assert np.all(held >= plain)
+    touched = np.flatnonzero(plain > TOUCHED)
+    between = slice(int(touched[0]), int(touched[-1]) + 1)
+    assert np.any(plain[between] < TOUCHED)
+    assert np.all(held[between] > TOUCHED)
+
+
+def test_a_joint_that_often_stands_for_a_moment_is_judged_by_what_is_furthest_from_it() -> None:
+    case = setting().case(20.0)
+    bench: Workbench = case.bench
+    held = bench.holds(resting(bench.observation))[:, 0]
+    assert np.mean(held > TOUCHED) > 0.5
+    left_out = standing(bench.observation, bench.holds, bench.turning)[:, 0]
+    assert 0.45 < np.mean(left_out) <= 0.5
+    assert np.min(held[left_out]) >= np.max(held[~left_out])
+    np.testing.assert_array_equal(bench.counted[:, 0] == 0.0, left_out)
+
+
+def test_dry_friction_that_sticks_at_every_reversal_is_told_as_it_is() -> None:
+    told = diagnose(robot_from_text(SLIDE, "slide.toml"), softly_held(1), softly_held(2))
+    assert [(f.effect, f.place) for f in told.findings if f.effect != "encoder"] == [("coulomb_friction", "arm")]
+    assert told.verdict is Verdict.MISSING_PHYSICS
+    (level,) = (f.parameters["level"].value for f in told.findings if "level" in f.parameters)
+    assert abs(level - DRY) < 0.003 * DRY
+    assert abs(told.model["m"].value - MASS) < 0.003 * MASS
+    assert abs(told.model["b"].value - VISCOUS) < 0.04 * VISCOUS
