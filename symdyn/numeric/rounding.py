@@ -14,6 +14,8 @@ from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.noise_floor import in_band, noise_density
 from symdyn.numeric.observation import KEPT
+from symdyn.numeric.position_spectrum import floor
+from symdyn.numeric.recording_quality import steps_of
 from symdyn.numeric.search import EARNS
 from symdyn.numeric.setting import Setting
 from symdyn.physics.effect import DISPLACEMENT
@@ -142,15 +144,29 @@ def with_resolutions(inquiry: Inquiry) -> Inquiry:
 def left_by_steps(inquiry: Inquiry) -> tuple[Array, Array]:
     """(n,) root mean square of what the steps of encoders leave of the residual: training, held out.
 
-    Of those that are known: by the model, or found.
+    Of those that are known, by the model or found, and of those that the positions lie on and hardly tremble beyond.
     """
-    sizes = [item for item in _known(inquiry.setting).items() if item[1] > 0.0]
+    sizes = [item for item in {**_plain(inquiry.setting), **_known(inquiry.setting)}.items() if item[1] > 0.0]
     none = np.zeros(len(inquiry.setting.joints))
     power = [
         sum((np.mean(_by_steps(inquiry, *item, training) ** 2, axis=0) for item in sizes), start=none)
         for training in (True, False)
     ]
     return np.sqrt(power[0]), np.sqrt(power[1])
+
+
+def _plain(setting: Setting) -> dict[str, float]:
+    """Joints and steps of the encoders whose noise is mostly that of their steps, which is even over its spectrum."""
+    recording, found = setting.heldout, {}
+    for joint in setting.joints:
+        key = recording.key(Quantity.POSITION, joint)
+        steps = None if key is None else steps_of(recording.channels[key])
+        if key is None or steps is None:
+            continue
+        density = float(floor(recording.channels[key][:, None], recording.segments, 1.0 / recording.sample_time)[0])
+        if steps[0] ** 2 / 12.0 >= MOSTLY * density * 0.5 / recording.sample_time:
+            found[joint] = steps[0]
+    return found
 
 
 def _coarse(setting: Setting) -> Iterator[tuple[str, Steps]]:
@@ -207,7 +223,7 @@ def _by_steps(inquiry: Inquiry, joint: str, size: float, training: bool) -> Arra
     for x in rounded(recording, key, size, motion_above(recording, key, size)):
         shown = replace(recording, channels={**recording.channels, key: x})
         given = (shown, setting.heldout) if training else (setting.training, shown)
-        other = replace(setting, training=given[0], heldout=given[1], _shown={}).case(*inquiry.band)
+        other = replace(setting, training=given[0], heldout=given[1], _shown={}, _forces={}).case(*inquiry.band)
         laws = other.laws if training else other.judged
         ends.append(case.residual(laws, inquiry.current))
         both = both & (laws.bench.counted != 0.0)

@@ -71,3 +71,21 @@ def test_samples_that_count_in_one_rounding_alone_tell_nothing_of_steps() -> Non
     text = f'{MODEL}\n[[effect]]\ntype = "encoder"\nat = "disc"\ngain = 1\nresolution = "{2.0 * math.pi / TURN} rad"\n'
     known = replace(found, setting=replace(setting, robot=robot_from_text(text, "disc.toml")))
     assert left_by_steps(known)[1][0] < 0.01 * left
+
+
+def test_steps_show_in_what_was_found_as_in_the_model() -> None:
+    """Rounding trembles in an acceleration, whether the model's inertia asks for it or one that was found."""
+    steps = 2.0 * math.pi / TURN
+    text = f'{MODEL}\n[[effect]]\ntype = "encoder"\nat = "disc"\ngain = 1\nresolution = "{steps} rad"\n'
+    light = text.replace("0.025 kg m^2", "0.002 kg m^2")
+    left = []
+    for model, laws in ((text, {"coulomb_friction"}), (light, {"coulomb_friction", "added_inertia"})):
+        setting = prepare(robot_from_text(model, "disc.toml"), record(1), record(2), lambda _: None)
+        setting = replace(setting, own=setting.own if model is text else setting.own[1:])
+        case = setting.case(40.0)
+        given = case.explain()
+        current = case.explain(tuple((c, ()) for c in setting.proposed if c.effect in laws), given)
+        inquiry = replace(Inquiry(setting, case, given, setting, case, given), current=current)
+        left.append(left_by_steps(inquiry)[1][0])
+    assert left[0] > 0.0
+    assert abs(left[1] / left[0] - 1.0) < 0.1
