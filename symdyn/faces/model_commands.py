@@ -135,8 +135,11 @@ def effects(json: bool) -> None:
     if json:
         print_json(rows)
         return
-    shown = [(r["effect"], ", ".join(r["at"]), ", ".join(r["parameters"]), r["signature"]) for r in rows]
-    print_table("", ("effect", "attaches to", "parameters", "how it shows in a recording"), shown)
+    shown = [
+        (r["effect"], ", ".join(r["at"]), ", ".join(r["parameters"]), r["signature"] or "is declared, never proposed")
+        for r in rows
+    ]
+    print_table("", ("effect", "attaches to", "parameters", "how it shows in a recording"), shown, whole="effect")
     for r in rows:
         out.print(f"\n{r['effect']}: {r['title']} ({r['source']})", markup=False)
         for quantity, law in r["laws"].items():

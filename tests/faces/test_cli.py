@@ -304,6 +304,9 @@ def test_effects_lists_the_catalogue() -> None:
     shown = run("effects")
     assert (shown.code, shown.err) == (0, "")
     assert all(row["signature"].split(" ")[0] in shown.out for row in rows.values())
+    assert all(f"\n{name} " in shown.out for name in rows)  # in one piece: people copy them into a model
+    assert rows["speed_loop"]["laws"]["handed on"] == "output"
+    assert "clip(error_integral*integral + " in rows["speed_loop"]["laws"]["new waiting, at a sample"]
     assert "  level [N m or N]: size of the friction force; none at 0\n" in shown.out
     assert "  corrects: coulomb_friction\n" in shown.out
 

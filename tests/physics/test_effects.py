@@ -71,17 +71,17 @@ def shortcomings(effect: Effect) -> list[str]:
     missing += [f"LaTeX of {s.name}: its place is the subscript" for s in effect.hidden_states(p) if "_" in s.latex]
     if not any(p.null is not None for p in effect.parameters):
         missing.append("a parameter whose null value removes it")
-    for p in effect.parameters:
-        missing += [f"unit 1 of {p.name}, a count" for _ in range(p.is_count and set(p.units.values()) != {"1"})]
-        missing += [f"meaning of {p.name}" for _ in range(not p.meaning.strip())]
-        missing += [f"LaTeX of {p.name}" for _ in range(not is_safe_latex(p.latex))]
-        bounds = [b for b in (p.lower, p.null, p.upper) if b is not None]
-        missing += [f"null value of {p.name} within its bounds" for _ in range(bounds != sorted(bounds))]
+    for s in effect.parameters:
+        missing += [f"unit 1 of {s.name}, a count" for _ in range(s.is_count and set(s.units.values()) != {"1"})]
+        missing += [f"meaning of {s.name}" for _ in range(not s.meaning.strip())]
+        missing += [f"LaTeX of {s.name}" for _ in range(not is_safe_latex(s.latex))]
+        bounds = [b for b in (s.lower, s.null, s.upper) if b is not None]
+        missing += [f"null value of {s.name} within its bounds" for _ in range(bounds != sorted(bounds))]
         for place in effect.attaches_to:
             wanted = motions()[place] & effect.motions
-            missing += [f"unit of {p.name} at a {m} {place}" for m in sorted(wanted - set(p.units))]
-        missing += [f"no unit of {p.name} at a {m} place" for m in sorted(set(p.units) - effect.motions)]
-    names = [p.name for p in effect.parameters]
+            missing += [f"unit of {s.name} at a {m} {place}" for m in sorted(wanted - set(s.units))]
+        missing += [f"no unit of {s.name} at a {m} place" for m in sorted(set(s.units) - effect.motions)]
+    names = [named.name for named in (*effect.parameters, *effect.hidden_states(p))]
     missing += [f"another name for {name}" for name in {n for n in names if names.count(n) > 1}]
     return missing
 

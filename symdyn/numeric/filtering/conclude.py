@@ -38,6 +38,7 @@ from symdyn.spec.records import JOINT_END, Robot
 Array = NDArray[np.float64]
 
 TOLD = 0.9  # of the prior's width: what a recording narrows less it does not tell
+UNMOVED = 1e-9  # of a number: a fit that changed no more leaves what the model says of it as it was written
 
 
 def conclude(
@@ -90,8 +91,9 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
     whole = robot_from_text(text, file)  # of a part, too: the effects of the text, one by one
     own = {parameter.name for parameter in robot.parameters}
     for name in model.beliefs:
-        if name in own:
-            own_value = estimate(model, final.fit, name)
+        own_value = estimate(model, final.fit, name)
+        given = float(model.values[final.fit.bench.index[name]])
+        if name in own and not math.isclose(own_value.value, given, rel_tol=UNMOVED):
             text = set_parameter(text, whole, name, own_value.written)
     for new in model.freed:
         values = {k: e.written for k, e in of_shaft(model, final, new).items()}

@@ -57,7 +57,7 @@ class CurrentLoop(ServoLoop):
         return clip(self._asked(port, p, memory, reference), -p["limit"], p["limit"])
 
     def memory(self, p: Values) -> tuple[HiddenState, ...]:
-        return () if p["integral"] == 0 else (HiddenState("integral", "A s", r"\epsilon"),)
+        return () if p["integral"] == 0 else (HiddenState("error_integral", "A s", r"\epsilon"),)
 
     def memory_rates(self, port: Port, p: Values, memory: Sequence[sp.Expr], reference: sp.Expr) -> tuple[sp.Expr, ...]:
         if not memory:
