@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, signal
+from scipy import signal
 
 from symdyn.numeric.observation import Observation, is_cut, low_pass
 from symdyn.numeric.position_spectrum import WHOLE
@@ -37,17 +37,6 @@ class Band:
             if part.stop - part.start > 2 * edge + self.stride:
                 pieces.append(low_pass(values[part], observation.rate, self.cutoff)[edge : -edge : self.stride])
         return np.concatenate(pieces)
-
-    def holds(self, marked: NDArray[np.bool_], observation: Observation) -> Array:
-        """(N, n) to (K, n): the weight that marked samples have, at most, in those of the band.
-
-        The filter swings: what it makes of them goes through zero twice a period, and is as large as its neighbours.
-        """
-        weight = np.abs(self.bring(marked.astype(float), observation))
-        if not is_cut(observation.rate, self.cutoff):
-            return weight
-        swing = int(np.ceil(0.5 * observation.rate / (self.stride * self.cutoff)))
-        return np.asarray(ndimage.maximum_filter1d(weight, 2 * swing + 1, axis=0))
 
 
 def sound(observation: Observation) -> tuple[slice, ...]:

@@ -14,11 +14,11 @@ from symdyn.numeric.position_noise import speed_noise
 Array = NDArray[np.float64]
 
 REST = 3.0  # standard deviations of a speed's own noise: a slower joint has no direction that could be told
-TOUCHED = 0.01  # weight of standing samples in the analysis band's filter from which a sample counts as standing
+TOUCHED = 0.002  # weight of standing samples in the analysis band's filter from which a sample counts as standing
 MOSTLY = 0.5  # of the samples: a joint that stands longer is not judged by the rest; else that many count, at least
 
 Marked = NDArray[np.bool_]
-Holds = Callable[[Marked], Array]  # how much of marked samples (N, n) those in the analysis band (K, n) hold
+Bring = Callable[[Array], Array]  # (N, n) to (K, n): into the analysis band
 
 
 def resting(observation: Observation) -> Marked:
@@ -26,26 +26,31 @@ def resting(observation: Observation) -> Marked:
     return np.asarray(np.abs(observation.qd) < REST * speed_noise(observation))
 
 
-def touched(observation: Observation, holds: Holds) -> Marked:
+def touched(observation: Observation, bring: Bring) -> Marked:
     """(K, n) samples in the analysis band that hold some of those."""
-    return np.asarray(holds(resting(observation)) > TOUCHED)
+    return np.asarray(_held(resting(observation), bring) > TOUCHED)
 
 
-def standing(observation: Observation, holds: Holds, turns: Marked) -> Marked:
+def _held(marked: Marked, bring: Bring) -> Array:
+    """(K, n) how much of marked samples those in the analysis band hold."""
+    return np.abs(bring(marked.astype(float)))
+
+
+def standing(observation: Observation, bring: Bring, turns: Marked) -> Marked:
     """(K, n) samples in the analysis band that tell nothing of a joint's equation: it stands there, or ``turns``.
 
     A joint that stands shortly but often is never far from a standstill in a band's filter: of its samples, those count
     that hold least of one. A joint that stands most of the time is taken as it is.
     """
     still = resting(observation)
-    weight = holds(still)
+    weight = _held(still, bring)
     rests = weight > np.maximum(TOUCHED, np.quantile(weight, MOSTLY, axis=0))
     rests &= np.mean(still, axis=0) <= MOSTLY
     both = rests | turns
     return np.asarray(np.where(np.mean(both, axis=0) > MOSTLY, rests, both))
 
 
-def turning(observation: Observation, edge: float | None, holds: Holds) -> Marked:
+def turning(observation: Observation, edge: float | None, bring: Bring) -> Marked:
     """(K, n) samples around a reversal, in a band of which the ``edge`` (Hz) lies above that of the motion.
 
     Dry friction jumps there, and the acceleration with it. The effort shows the jump as it is, the motion shows it
@@ -61,4 +66,4 @@ def turning(observation: Observation, edge: float | None, holds: Holds) -> Marke
             speed = o.qd[part, j]
             turns = np.diff(np.sign(speed), prepend=np.sign(speed[:1])) != 0
             near[part, j] = ndimage.maximum_filter1d(turns, 2 * reach + 1)
-    return np.asarray(holds(near) > TOUCHED)
+    return np.asarray(bring(near.astype(float)) > TOUCHED)

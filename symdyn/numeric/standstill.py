@@ -24,7 +24,7 @@ def admissible_residual(bench: Workbench, p: Array) -> Array:
     """
     residual = bench.bring(bench.raw_residual(p))
     o = bench.observation
-    still, near = resting(o), touched(o, bench.holds)
+    still, near = resting(o), touched(o, bench.bring)
     for j in np.flatnonzero(still.any(axis=0)):
         slow = BARELY * max(float(np.max(np.abs(o.qd[:, j]))), BARELY)
         ends = []

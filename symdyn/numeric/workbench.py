@@ -40,8 +40,8 @@ class Workbench:
         o = observation
         whole = np.ascontiguousarray
         self._motion = (whole(o.q), whole(o.qd), whole(o.qdd))
-        self.turning = turning(o, band.cutoff if band else None, self.holds)  # (K, n)
-        judged = ~standing(o, self.holds, self.turning) | planned
+        self.turning = turning(o, band.cutoff if band else None, self.bring)  # (K, n)
+        judged = ~standing(o, self.bring, self.turning) | planned
         self.counted: Array = judged * o.shown  # (K, n) 0 where a joint stands: dry friction may be anything there
         self.effort: Array = self.bring(o.tau) * self.counted
         self.reference = self._reference()  # (K, n) what errors are compared with
@@ -180,10 +180,6 @@ class Workbench:
     def bring(self, values: Array) -> Array:
         """(N, ...) to (K, ...): into the analysis band, if there is one."""
         return values if self.band is None else self.band.bring(values, self.observation)
-
-    def holds(self, marked: NDArray[np.bool_]) -> Array:
-        """(K, n) how much of marked samples (N, n) those in the analysis band hold, at most."""
-        return marked.astype(float) if self.band is None else self.band.holds(marked, self.observation)
 
     @property
     def samples_per_period(self) -> float:

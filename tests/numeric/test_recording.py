@@ -362,12 +362,15 @@ def test_readers_are_found_by_suffix() -> None:
 def test_a_long_recording_is_read_fast(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     read(path, text(motion(25_000)), Q, V, U)
-    durations = []
+    ours, numpys = [], []
     for _ in range(3):
         start = clock.perf_counter()
         read_recording(path, channel_map(Q, V, U))
-        durations.append(clock.perf_counter() - start)
-    assert min(durations) < 0.3
+        ours.append(clock.perf_counter() - start)
+        start = clock.perf_counter()
+        np.genfromtxt(path, delimiter=",", skip_header=1)
+        numpys.append(clock.perf_counter() - start)
+    assert min(ours) < 3.0 * min(numpys)  # with all checks of what was recorded
 
 
 @given(st.binary(max_size=400))

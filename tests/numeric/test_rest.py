@@ -8,7 +8,6 @@ from functools import cache
 import numpy as np
 
 from symdyn.compiler import robot_from_text
-from symdyn.numeric.band import band_of
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Verdict
 from symdyn.numeric.recording import Recording
@@ -54,25 +53,12 @@ def setting() -> Setting:
     return prepare(robot_from_text(SLIDE, "slide.toml"), softly_held(1), softly_held(2), lambda _: None)
 
 
-def test_samples_beside_a_standstill_hold_it_though_their_filter_swings_through_zero() -> None:
-    seen = setting().seen
-    band = band_of(20.0, seen.rate)
-    marked = np.zeros_like(seen.q, dtype=bool)
-    marked[5000:5010] = True
-    plain, held = np.abs(band.bring(marked.astype(float), seen))[:, 0], band.holds(marked, seen)[:, 0]
-    assert np.all(held >= plain)
-    touched = np.flatnonzero(plain > TOUCHED)
-    between = slice(int(touched[0]), int(touched[-1]) + 1)
-    assert np.any(plain[between] < TOUCHED)
-    assert np.all(held[between] > TOUCHED)
-
-
 def test_a_joint_that_often_stands_for_a_moment_is_judged_by_what_is_furthest_from_it() -> None:
     case = setting().case(20.0)
     bench: Workbench = case.bench
-    held = bench.holds(resting(bench.observation))[:, 0]
+    held = np.abs(bench.bring(resting(bench.observation).astype(float)))[:, 0]
     assert np.mean(held > TOUCHED) > 0.5
-    left_out = standing(bench.observation, bench.holds, bench.turning)[:, 0]
+    left_out = standing(bench.observation, bench.bring, bench.turning)[:, 0]
     assert 0.45 < np.mean(left_out) <= 0.5
     assert np.min(held[left_out]) >= np.max(held[~left_out])
     np.testing.assert_array_equal(bench.counted[:, 0] == 0.0, left_out)

@@ -65,7 +65,7 @@ def balance(
     ("case", "signal"),
     [
         pytest.param(STEP, step(1.0), id="step", marks=pytest.mark.slow),
-        pytest.param(SINE, sine(1.0, 0.2), id="sine"),
+        pytest.param(SINE, sine(1.0, 0.2), id="sine", marks=pytest.mark.slow),
     ],
 )
 def test_the_seed_drive_loses_nothing(case: tuple, signal: Signal) -> None:
