@@ -15,7 +15,8 @@ Array = NDArray[np.float64]
 
 REST = 3.0  # standard deviations of a speed's own noise: a slower joint has no direction that could be told
 TOUCHED = 0.002  # weight of standing samples in the analysis band's filter from which a sample counts as standing
-MOSTLY = 0.5  # of the samples: a joint that stands longer is not judged by the rest; else that many count, at least
+MOSTLY = 0.5  # of the samples count, at least
+LITTLE = 0.05  # the same weight, of those that hold least of a standstill, up to which the others are left out for them
 
 Marked = NDArray[np.bool_]
 Bring = Callable[[Array], Array]  # (N, n) to (K, n): into the analysis band
@@ -39,13 +40,12 @@ def _held(marked: Marked, bring: Bring) -> Array:
 def standing(observation: Observation, bring: Bring, turns: Marked) -> Marked:
     """(K, n) samples in the analysis band that tell nothing of a joint's equation: it stands there, or ``turns``.
 
-    A joint that stands shortly but often is never far from a standstill in a band's filter: of its samples, those count
-    that hold least of one. A joint that stands most of the time is taken as it is.
+    A joint that stands shortly but often is never far from a standstill in a band's filter: of its samples, the half
+    counts that holds least of one. A joint of which that half holds more than a little is taken as it is.
     """
-    still = resting(observation)
-    weight = _held(still, bring)
-    rests = weight > np.maximum(TOUCHED, np.quantile(weight, MOSTLY, axis=0))
-    rests &= np.mean(still, axis=0) <= MOSTLY
+    weight = _held(resting(observation), bring)
+    least = np.quantile(weight, MOSTLY, axis=0)
+    rests = (weight > np.maximum(TOUCHED, least)) & (least <= LITTLE)
     both = rests | turns
     return np.asarray(np.where(np.mean(both, axis=0) > MOSTLY, rests, both))
 
