@@ -90,10 +90,9 @@ def specification(model: Model, robot: Robot, final: Explanation) -> Robot:
     text, file = robot.text, robot.where.file if robot.where else robot.name
     whole = robot_from_text(text, file)  # of a part, too: the effects of the text, one by one
     own = {parameter.name for parameter in robot.parameters}
-    for name in model.beliefs:
-        own_value = estimate(model, final.fit, name)
-        given = float(model.values[final.fit.bench.index[name]])
-        if name in own and not math.isclose(own_value.value, given, rel_tol=UNMOVED):
+    for name in (name for name in model.beliefs if name in own):
+        own_value, given = estimate(model, final.fit, name), float(model.values[final.fit.bench.index[name]])
+        if not math.isclose(own_value.value, given, rel_tol=UNMOVED):
             text = set_parameter(text, whole, name, own_value.written)
     for new in model.freed:
         values = {k: e.written for k, e in of_shaft(model, final, new).items()}

@@ -12,6 +12,7 @@ import pytest
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.conclude import specification
 from symdyn.numeric.filtering.driving import limits
 from symdyn.numeric.filtering.hypotheses import hypotheses
 from symdyn.numeric.filtering.judged import explained
@@ -125,6 +126,17 @@ def test_a_filter_takes_parameters_that_change_from_run_to_run(known: Robot, tmp
         np.testing.assert_allclose(told.innovations[late], bench.filtered(values).innovations[50:], atol=2e-5)
     wrong = FilterBench(model.kernel, replace(model.training, known=None), noise, False, 3, model.delays)
     assert wrong.filtered(model.values).loss > told.loss + 1000.0
+
+
+def test_a_model_keeps_what_a_fit_did_not_move_as_it_was_written(robot: Robot, tmp_path: Path) -> None:
+    """No default of the loop, such as its tracking time, is written down, and no number in other digits."""
+    model = _prepared(robot, recorded(tmp_path / "a.csv", robot, 1, 200.0, 2.0))
+    bench = model.bench(model.training, without_latent(model, model.training), False)
+    told = fit(bench, model.values, {"c": model.beliefs["c"]}, most=1)
+    after = specification(model, robot, explained(model, (), dict(model.beliefs), told)).text.splitlines()
+    changed = [line for line, old in zip(after, robot.text.splitlines(), strict=True) if line != old]
+    assert len(changed) == 1
+    assert changed[0].startswith("c = ")
 
 
 def _diagnosed(robot: Robot, tmp_path: Path, **concealed: float) -> Diagnosis:
