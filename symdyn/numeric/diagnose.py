@@ -28,6 +28,7 @@ from symdyn.numeric.mere_filter import merely_filters, without_swinging
 from symdyn.numeric.nested import generalised, simplified
 from symdyn.numeric.proof import proved
 from symdyn.numeric.recording import Recording
+from symdyn.numeric.rest import often_stands
 from symdyn.numeric.revision import Revision, revisions
 from symdyn.numeric.rivals import with_rivals
 from symdyn.numeric.rounding import below_steps, ended_at_steps, with_resolutions
@@ -146,6 +147,7 @@ def _diagnose(inquiry: Inquiry, band: float | None, progress: Progress) -> Diagn
     inquiry = held(inquiry)
     if band is None:
         inquiry = below_steps(inquiry)
+    inquiry = _sparing(inquiry)
     open_, begun = revisions(inquiry.setting), inquiry
     _refuse_late_efforts(inquiry, progress)
     before, inquiry = _explained(begun, open_, band is None, progress)
@@ -164,6 +166,19 @@ def _diagnose(inquiry: Inquiry, band: float | None, progress: Progress) -> Diagn
     findings = tuple(with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
     inquiry = with_resolutions(with_skew(replace(inquiry, findings=findings), before))
     return conclude(inquiry, inquiry.setting.training.name, inquiry.setting.heldout.name)
+
+
+def _sparing(inquiry: Inquiry) -> Inquiry:
+    """Judged by what is far from standstills, where these are short, but many: they would be in nearly all samples.
+
+    Not before it is known what the steps of encoders do: they tremble in all samples.
+    """
+    if not any(often_stands(each.observation, each.bring) for each in (inquiry.case.bench, inquiry.case.judge)):
+        return inquiry
+    setting = replace(inquiry.setting, sparing=True, _shown={}, _forces={})
+    case = setting.case(*inquiry.band)
+    given = case.explain()
+    return replace(inquiry, origin=setting, first=case, given=given, setting=setting, case=case, current=given)
 
 
 def _explained(begun: Inquiry, open_: Sequence[Revision], widen: bool, progress: Progress) -> tuple[Inquiry, Inquiry]:

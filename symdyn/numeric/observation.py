@@ -46,6 +46,7 @@ class Observation:
     factor: Array | None = None  # (n,) tau per effort as it was shown; None: ones
     passed_on: Array | None = None  # (N, n) effort that goes on to what lies beyond a torque sensor; None: nothing does
     known: Known | None = None  # parameters whose values the recording tells
+    sparing: bool = False  # a joint that often stands for a moment is judged by what is far from that (``rest``)
 
     @property
     def rate(self) -> float:

@@ -40,14 +40,24 @@ def _held(marked: Marked, bring: Bring) -> Array:
 def standing(observation: Observation, bring: Bring, turns: Marked) -> Marked:
     """(K, n) samples in the analysis band that tell nothing of a joint's equation: it stands there, or ``turns``.
 
-    A joint that stands shortly but often is never far from a standstill in a band's filter: of its samples, the half
-    counts that holds least of one. A joint of which that half holds more than a little is taken as it is.
+    Where that would be most of a joint's samples, all of them are taken as they are; or, ``sparing``, half of them,
+    those that hold least of a standstill, where that is next to nothing.
     """
     weight = _held(resting(observation), bring)
-    least = np.quantile(weight, MOSTLY, axis=0)
-    rests = (weight > np.maximum(TOUCHED, least)) & (least <= LITTLE)
-    both = rests | turns
-    return np.asarray(np.where(np.mean(both, axis=0) > MOSTLY, rests, both))
+    often = _often(weight) & observation.sparing
+    rests = weight > np.where(often, np.quantile(weight, MOSTLY, axis=0), TOUCHED)
+    out = rests | turns
+    return np.asarray(np.where(np.mean(out, axis=0) > MOSTLY, rests & often, out))
+
+
+def often_stands(observation: Observation, bring: Bring) -> bool:
+    """Whether a joint is never far from a standstill in the band's filter, and yet hardly stands."""
+    return bool(np.any(_often(_held(resting(observation), bring))))
+
+
+def _often(weight: Array) -> Marked:
+    mostly = np.mean(weight > TOUCHED, axis=0) > MOSTLY
+    return np.asarray(mostly & (np.quantile(weight, MOSTLY, axis=0) <= LITTLE))
 
 
 def turning(observation: Observation, edge: float | None, bring: Bring) -> Marked:

@@ -48,6 +48,7 @@ class Setting:
     revised: tuple[Revised, ...] = ()  # what readings and robot were told wrong
     held: frozenset[str] = frozenset()  # what the model is right about
     part: Part = UNCUT  # what ``robot`` is of the one in its text
+    sparing: bool = False  # as observations are
     _shown: dict[tuple[str, float], Observation] = field(default_factory=dict)  # by recording and band
     _forces: dict[tuple[float, float], dict[tuple[bool, int, Reading], Known]] = field(default_factory=dict)
 
@@ -119,7 +120,7 @@ class Setting:
         if key not in self._shown:
             recording = self.training if training else self.heldout
             self._shown[key] = observe(self.robot, self.kernel, recording, room)
-        seen = read(self._shown[key], self.readings)
+        seen = replace(read(self._shown[key], self.readings), sparing=self.sparing)
         return self._of(Workbench(self.kernel, seen, band_of(cutoff, seen.rate)), self._known(training, cutoff, room))
 
     def _known(self, training: bool, cutoff: float, room: float) -> list[Known]:
