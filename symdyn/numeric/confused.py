@@ -148,4 +148,4 @@ def _put_right(setting: Setting, mistake: _Mistake) -> Setting:
     training = mistake.put_right(setting.training)
     seen = setting.seen if mistake.faster == 1.0 else observe(setting.robot, setting.kernel, training)
     heldout = mistake.put_right(setting.heldout)
-    return replace(setting, training=training, heldout=heldout, seen=seen, _shown={}, _forces={})
+    return setting.anew(training=training, heldout=heldout, seen=seen)

@@ -175,7 +175,7 @@ def _sparing(inquiry: Inquiry) -> Inquiry:
     """
     if not any(often_stands(each.observation, each.bring) for each in (inquiry.case.bench, inquiry.case.judge)):
         return inquiry
-    setting = replace(inquiry.setting, sparing=True, _shown={}, _forces={})
+    setting = inquiry.setting.anew(sparing=True)
     case = setting.case(*inquiry.band)
     given = case.explain()
     return replace(inquiry, origin=setting, first=case, given=given, setting=setting, case=case, current=given)

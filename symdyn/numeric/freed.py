@@ -191,7 +191,7 @@ def with_numbers(setting: Setting, numbers: Numbers) -> Setting:
     freed = setting.part.of(robot_from_text(numbers.written(robot), file))
     names = tuple(numbers.names(freed).values())
     own = (*(name for name in setting.own if name not in names), *names)
-    return replace(setting, robot=freed, kernel=mechanical_kernel(freed), own=own, _shown={}, _forces={})
+    return setting.anew(robot=freed, kernel=mechanical_kernel(freed), own=own)
 
 
 def missing_numbers(setting: Setting) -> list[Freed]:

@@ -146,7 +146,7 @@ def left_by_steps(inquiry: Inquiry) -> tuple[Array, Array]:
 
     Of those that are known, by the model or found, and of those that the positions lie on and hardly tremble beyond.
     """
-    sizes = [item for item in {**_plain(inquiry.setting), **_known(inquiry.setting)}.items() if item[1] > 0.0]
+    sizes = [item for item in {**_mostly_steps(inquiry.setting), **_known(inquiry.setting)}.items() if item[1] > 0.0]
     none = np.zeros(len(inquiry.setting.joints))
     power = [
         sum((np.mean(_by_steps(inquiry, *item, training) ** 2, axis=0) for item in sizes), start=none)
@@ -155,7 +155,7 @@ def left_by_steps(inquiry: Inquiry) -> tuple[Array, Array]:
     return np.sqrt(power[0]), np.sqrt(power[1])
 
 
-def _plain(setting: Setting) -> dict[str, float]:
+def _mostly_steps(setting: Setting) -> dict[str, float]:
     """Joints and steps of the encoders whose noise is mostly that of their steps, which is even over its spectrum."""
     recording, found = setting.heldout, {}
     for joint in setting.joints:
@@ -223,7 +223,7 @@ def _by_steps(inquiry: Inquiry, joint: str, size: float, training: bool) -> Arra
     for x in rounded(recording, key, size, motion_above(recording, key, size)):
         shown = replace(recording, channels={**recording.channels, key: x})
         given = (shown, setting.heldout) if training else (setting.training, shown)
-        other = replace(setting, training=given[0], heldout=given[1], _shown={}, _forces={}).case(*inquiry.band)
+        other = setting.anew(training=given[0], heldout=given[1]).case(*inquiry.band)
         laws = other.laws if training else other.judged
         ends.append(case.residual(laws, inquiry.current))
         both = both & (laws.bench.counted != 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +78,10 @@ class Setting:
         """Hz below which positions are differentiated: a band wider than the motion would let in their noise."""
         return DERIVATIVE_ROOM * cutoff if motion is None else min(DERIVATIVE_ROOM * motion, self.seen.cutoff)
 
+    def anew(self, **changes: Any) -> Setting:
+        """With these fields changed, and without what was worked out of them as they were."""
+        return replace(self, **changes, _shown={}, _forces={})
+
     def with_revision(self, revised: Revised) -> Setting:
         """In place of what was revised there before."""
         others = tuple(r for r in self.revised if (r.effect, r.place) != (revised.effect, revised.place))
@@ -100,7 +105,7 @@ class Setting:
             if key is not None:
                 channels[key] = channels[key] + values
         moved = replace(self.training, channels=MappingProxyType(channels))
-        return replace(self, training=moved, _shown={}, _forces={})
+        return self.anew(training=moved)
 
     def given(self) -> float:
         """Edge (Hz) of the band that holds what the model as given leaves."""

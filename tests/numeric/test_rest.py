@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -54,7 +53,7 @@ def setting() -> Setting:
 
 def case(sparing: bool) -> Case:
     held = setting().earlier(-0.5 / RATE)  # the servo holds its force over each sample
-    return replace(held, sparing=sparing, _shown={}, _forces={}).case(20.0)
+    return held.anew(sparing=sparing).case(20.0)
 
 
 def test_of_a_joint_that_often_stands_for_a_moment_what_is_furthest_from_it_can_be_asked() -> None:

@@ -61,12 +61,9 @@ def balance(
     return energy_balance(of, simulate_events(of, time, signals, start=start, tolerance=1e-11), signals)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("case", "signal"),
-    [
-        pytest.param(STEP, step(1.0), id="step", marks=pytest.mark.slow),
-        pytest.param(SINE, sine(1.0, 0.2), id="sine", marks=pytest.mark.slow),
-    ],
+    ("case", "signal"), [pytest.param(STEP, step(1.0), id="step"), pytest.param(SINE, sine(1.0, 0.2), id="sine")]
 )
 def test_the_seed_drive_loses_nothing(case: tuple, signal: Signal) -> None:
     """Over all sticking, contacts and saturation, with a thousand reporting times and with four."""
