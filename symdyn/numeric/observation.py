@@ -43,6 +43,7 @@ class Observation:
     cutoff: float  # Hz: positions were low-passed there before they were differentiated
     measured: Array  # (N, n) positions before that
     below: tuple[float, ...] | None = None  # Hz, of each joint: where its own were, if that is lower
+    quick: Array | None = None  # (N, n) speeds as they were before that; None: nothing was lower
     factor: Array | None = None  # (n,) tau per effort as it was shown; None: ones
     passed_on: Array | None = None  # (N, n) effort that goes on to what lies beyond a torque sensor; None: nothing does
     known: Known | None = None  # parameters whose values the recording tells

@@ -16,7 +16,8 @@ def position_density(observation: Observation) -> Array:
     return floor(observation.measured, observation.segments, observation.rate)
 
 
-def speed_noise(observation: Observation) -> Array:
-    """(n,) standard deviation of the noise in ``observation.qd``: the position's, differentiated."""
+def speed_noise(observation: Observation, motions: Array | None = None) -> Array:
+    """(n,) standard deviation of the noise in ``observation.qd``: the position's, differentiated, below ``motions``."""
     o = observation
-    return np.asarray(np.sqrt(position_density(o) * (2.0 * np.pi) ** 2 * o.motions**3 / 3.0))
+    edges = o.motions if motions is None else motions
+    return np.asarray(np.sqrt(position_density(o) * (2.0 * np.pi) ** 2 * edges**3 / 3.0))

@@ -25,6 +25,7 @@ def read(seen: Observation, readings: Sequence[Reading]) -> Observation:
         q=(seen.q - offset) / gain,
         qd=seen.qd / gain,
         qdd=seen.qdd / gain,
+        quick=None if seen.quick is None else seen.quick / gain,
         measured=(seen.measured - offset) / gain,
         tau=np.clip(factor * _advanced(seen, readings), -limit, limit),
         factor=None if np.all(factor == 1.0) else factor,
@@ -51,4 +52,4 @@ def _smoothed(seen: Observation, readings: Sequence[Reading]) -> Observation:
     for i, motion in enumerate(below):
         for values in shown.values() if motion < seen.cutoff else ():
             values[:, i] = smoothed(values[:, i], seen.segments, seen.rate, motion)
-    return replace(seen, **shown, below=below)
+    return replace(seen, **shown, below=below, quick=seen.qd)

@@ -14,6 +14,7 @@ from symdyn.numeric.position_noise import speed_noise
 Array = NDArray[np.float64]
 
 REST = 3.0  # standard deviations of a speed's own noise: a slower joint has no direction that could be told
+WELL = 0.1  # of the root mean square of a speed: a slower one hides little of the motion
 TOUCHED = 0.002  # weight of standing samples in the analysis band's filter from which a sample counts as standing
 MOSTLY = 0.5  # of the samples count, at least
 LITTLE = 0.05  # the same weight, of those that hold least of a standstill, up to which the others are left out for them
@@ -23,8 +24,18 @@ Bring = Callable[[Array], Array]  # (N, n) to (K, n): into the analysis band
 
 
 def resting(observation: Observation) -> Marked:
-    """(N, n) where no direction of motion can be told."""
-    return np.asarray(np.abs(observation.qd) < REST * speed_noise(observation))
+    """(N, n) where no direction of motion can be told.
+
+    What a joint does while it turns back is quicker than a motion that was smoothed below its encoder's steps: there
+    it would hardly stand. That is seen before it was smoothed, where noise hides but slow motion.
+    """
+    o = observation
+    slow = np.abs(o.qd) < REST * speed_noise(o)
+    if o.quick is None:
+        return np.asarray(slow)
+    noise = REST * speed_noise(o, np.full(o.q.shape[1], o.cutoff))
+    seen = noise < WELL * np.sqrt(np.mean(o.quick**2, axis=0))
+    return np.asarray(np.where(seen, np.abs(o.quick) < noise, slow))
 
 
 def touched(observation: Observation, bring: Bring) -> Marked:
