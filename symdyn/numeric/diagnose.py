@@ -38,11 +38,13 @@ from symdyn.numeric.servo_loops import as_driven, loops_left_out
 from symdyn.numeric.setting import prepare
 from symdyn.numeric.simple_pair import pairs_instead
 from symdyn.numeric.skew import (
+    HALF,
+    a_little_late,
     aligned,
     check_skew,
+    earlier,
     effort_skew,
     held,
-    put_right,
     skew_left,
     tells_nearly_all,
     with_skew,
@@ -182,14 +184,25 @@ def _sparing(inquiry: Inquiry) -> Inquiry:
 
 
 def _explained(begun: Inquiry, open_: Sequence[Revision], widen: bool, progress: Progress) -> tuple[Inquiry, Inquiry]:
-    """What was found; and before, if need be, clocks were aligned and the search went on. Raises BadRecording."""
+    """What was found; and before, if need be, clocks were aligned. Raises BadRecording.
+
+    What was found beside efforts that are late by more than a sample took up some of that, and may not be there: then
+    the search begins again. Beside jumps of dry friction a skew tells little of what is left, and it is right where
+    nothing is left beside it. Whatever is unknown is a little like a skew, too, and goes on leaving something.
+    """
     found = simplified(_searched(begun, open_, progress), progress)
     found = proved(simplified(_widened(found, progress), progress) if widen else found)
     check_skew(found.first, found.given, found.current)
-    if not put_right(found.case, found.current):
+    if a_little_late(found.case, found.current):
+        progress("the efforts are late or early: the search goes on with the clocks aligned")
+        return found, proved(aligned(proved(_searched(aligned(found), open_, progress))))
+    left = skew_left(found.case, found.current)
+    if left is None:
         return found, found
-    progress("the efforts are late or early: the search goes on with the clocks aligned")
-    return found, proved(aligned(proved(_searched(aligned(found), open_, progress))))
+    progress("the efforts may be late or early: the search begins again with the clocks aligned")
+    anew = earlier(begun, aligned(found).setting.readings[0].late)
+    late = proved(aligned(proved(simplified(_searched(anew, open_, progress), progress))))
+    return found, late if left.share > HALF or not conclude(late, "", "").remaining.structured else found
 
 
 def _refuse_late_efforts(inquiry: Inquiry, progress: Progress) -> None:

@@ -95,7 +95,7 @@ def aligned(inquiry: Inquiry) -> Inquiry:
         skew = effort_skew(inquiry.case, inquiry.current)
         if abs(skew.delay) <= NEAR * skew.se:
             break
-        inquiry = _earlier(inquiry, skew.delay)
+        inquiry = earlier(inquiry, skew.delay)
     return inquiry.settled()
 
 
@@ -106,7 +106,7 @@ def with_skew(inquiry: Inquiry, before: Inquiry) -> Inquiry:
         return inquiry
     skew = replace(effort_skew(inquiry.case, inquiry.current), delay=delay)
     if not certain(inquiry.case, skew):
-        return _earlier(inquiry, -delay).settled()
+        return earlier(inquiry, -delay).settled()
     told_so = f"{skew.text}: their clock was put right by that, and all else fitted beside it"
     if not beyond_a_sample(inquiry.case, skew):
         return inquiry.noting(f"{told_so}; so little is that of efforts that are held from sample to sample")
@@ -116,20 +116,20 @@ def with_skew(inquiry: Inquiry, before: Inquiry) -> Inquiry:
     return replace(inquiry, findings=(*inquiry.findings, found)).noting(told_so)
 
 
-def _earlier(inquiry: Inquiry, delay: float) -> Inquiry:
+def earlier(inquiry: Inquiry, delay: float) -> Inquiry:
+    """With the efforts taken for those of ``delay`` seconds before, and everything found fitted again."""
     setting = inquiry.setting.earlier(delay)
     case = setting.case(*inquiry.band)
     return replace(inquiry, setting=setting, case=case, current=case.explain(inquiry.current.found, inquiry.current))
 
 
-def put_right(case: Case, of: Explanation) -> bool:
-    """Whether the search is to go on with the clocks aligned: as a finding, where they tell half of what is left.
+def a_little_late(case: Case, of: Explanation) -> bool:
+    """Whether clocks are to be aligned by up to a sample, however little that tells.
 
-    Up to a sample it is none, and is put right where it is certain, however little it tells: beside viscous friction b
-    efforts that are late by d make an inertia smaller by b d, and gravity is told from that.
+    Beside viscous friction b efforts that are late by d make an inertia smaller by b d, and gravity is told from that.
     """
     left = effort_skew(case, of)
-    return certain(case, left) and (left.share > HALF or not beyond_a_sample(case, left))
+    return certain(case, left) and not beyond_a_sample(case, left)
 
 
 def tells_nearly_all(case: Case, skew: Skew) -> bool:
