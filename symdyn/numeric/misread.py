@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 
 ROUNDS = 10  # of Gauss-Newton
 NEAR = 1e-2  # standard errors: a step that small has settled
-LIMITS = (0.995, 0.98, 0.95, 0.9, 0.8, 0.65)  # quantiles of the effort: limits that are tried
-ALWAYS = 0.9  # of the samples: what is that often at its limit tells nothing of the size of efforts any more
+LIMITS = (0.995, 0.98, 0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2)  # quantiles of the effort: limits that are tried
+ALWAYS = 0.9  # of the samples that are judged: what is that often at its limit tells nothing of the size of efforts any more
 LOWEST = {"gain": 0.1, "offset": -np.pi, "limit": 0.0}  # beyond that nobody calls it a sensor, or a drive
 HIGHEST = {"gain": 10.0, "offset": np.pi, "limit": np.inf}
 
@@ -121,8 +121,10 @@ class Misread:
         """Whether nearly every effort would be at that limit."""
         if self.what != "limit":
             return False
-        asked = np.abs(inquiry.setting.readings[self.joint].effort_gain * inquiry.origin.seen.tau[:, self.joint])
-        return bool(np.mean(asked >= value) >= ALWAYS)
+        asked = np.abs(inquiry.setting.readings[self.joint].effort_gain * inquiry.origin.seen.tau[:, [self.joint]])
+        bench = inquiry.case.bench
+        judged, beyond = bench.counted[:, self.joint], bench.bring((asked >= value).astype(float))[:, 0]
+        return bool(np.sum(judged * beyond) >= ALWAYS * np.sum(judged))
 
     def _setting(self, setting: Setting, value: float) -> Setting:
         readings = list(setting.readings)
