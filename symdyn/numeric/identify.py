@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.numeric.band import analysis_band, band_of
@@ -91,6 +92,11 @@ def fitted(
     progress: Callable[[str], None] = lambda _: None,
 ) -> Fitted:
     """The fit itself. Raises as ``identify`` does."""
+    with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
+        return _fitted(robot, recording, band, progress)
+
+
+def _fitted(robot: Robot, recording: Recording, band: float | None, progress: Callable[[str], None]) -> Fitted:
     progress(f"deriving and compiling {robot.name}")
     if soft_rotors(robot):
         message = f"'{robot.name}' has coordinates of its own for {', '.join(soft_rotors(robot))}"

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info  # type: ignore[import-untyped]
 
 from symdyn.compiler import compile_robot
+from symdyn.numeric import identify as identify_module
 from symdyn.numeric.band import band_of
 from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
 from symdyn.numeric.identify import identify
@@ -135,3 +139,16 @@ def test_identification_takes_a_wrong_model_to_the_right_numbers() -> None:
     assert found["b"].value == pytest.approx(VISCOUS, rel=0.01)
     m, r, inertia = (found[name].value for name in ("m", "r", "I"))
     assert inertia + m * r**2 == pytest.approx(INERTIA + MASS * ARM**2, rel=0.01)
+
+
+def test_a_fit_keeps_to_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside other work, threads that wait for each other made a fit of six joints take twenty times as long."""
+    threads: list[int] = []
+
+    def counted(*of: Any) -> Fit:
+        threads.append(max(pool["num_threads"] for pool in threadpool_info()))
+        return fit(*of)
+
+    monkeypatch.setattr(identify_module, "fit", counted)
+    identify(pendulum(), record(2))
+    assert threads == [1, 1]

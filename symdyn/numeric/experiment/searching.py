@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 from scipy.stats import qmc
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from symdyn.numeric.experiment.explanations import Explained
 from symdyn.numeric.experiment.motions import Family, Motion
@@ -41,15 +42,16 @@ def maximised(objective: Callable[[Array], float], population: Array, evaluation
     def loss(point: Array) -> float:
         return -objective(point)
 
-    found = optimize.differential_evolution(
-        loss,
-        optimize.Bounds(np.zeros(size), np.ones(size)),
-        init=population,
-        maxiter=max(1, evaluations // len(population) - 1),
-        rng=np.random.default_rng(seed),
-        polish=False,
-        tol=1e-4,
-    )
+    with threadpool_limits(1):  # the matrices are tall and narrow: threads would only wait for each other
+        found = optimize.differential_evolution(
+            loss,
+            optimize.Bounds(np.zeros(size), np.ones(size)),
+            init=population,
+            maxiter=max(1, evaluations // len(population) - 1),
+            rng=np.random.default_rng(seed),
+            polish=False,
+            tol=1e-4,
+        )
     return np.asarray(found.x)
 
 
