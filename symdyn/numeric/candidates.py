@@ -16,6 +16,8 @@ from symdyn.spec.effect_schema import ParameterSchema, Scan
 from symdyn.spec.places import places
 from symdyn.spec.records import DHRow, Monomial, Place, PlaceKind, Robot
 
+Key = tuple[str, str, int]  # effect, place, and the how manieth of its kind there
+
 GRAVITY = "gravity"  # what no fit moves, but a diagnosis may doubt
 AT = 1e-6  # of a bound, within which a fit ends there
 
@@ -25,6 +27,7 @@ class Candidate:
     """One effect at one place; ``linear`` parameters are solved for, ``shapes`` are searched.
 
     ``taken`` ones have one value each, which no motion and effort could tell, or which makes this candidate.
+    ``number`` counts those of its kind that are there: a wave may be one of several, most laws are there once.
     """
 
     effect: str
@@ -34,10 +37,21 @@ class Candidate:
     shapes: tuple[ParameterSchema, ...]
     builds_on: str | None
     taken: tuple[tuple[ParameterSchema, float], ...] = ()
+    number: int = 1
+
+    @property
+    def key(self) -> Key:
+        return self.effect, self.place.address, self.number
+
+    @property
+    def repeats(self) -> bool:
+        """Whether a place may have several of it: waves of different orders."""
+        return [schema.scan for schema in self.shapes] == [Scan.ANGLE_ORDER]
 
     def parameter(self, schema: ParameterSchema) -> str:
         """A name for the parameter that no other place or effect has."""
-        return f"{self.place.address.replace('.', '_')}_{self.effect}_{schema.name}"
+        which = f"_{self.number}" if self.number > 1 else ""
+        return f"{self.place.address.replace('.', '_')}_{self.effect}_{schema.name}{which}"
 
     def unit(self, schema: ParameterSchema) -> str:
         return schema.units[self.place.motion]
@@ -74,9 +88,19 @@ class Candidate:
         return len(self.linear) + len(self.shapes)
 
     @property
+    def law(self) -> str:
+        """What it shares with all others of its kind at its place."""
+        which = "".join(f" ({name} {value:g})" for name, value in self.counts)
+        return f"{self.effect}{which} at {self.place.address}"
+
+    @property
+    def named(self) -> str:
+        return self.title if self.number == 1 else f"{self.title} no. {self.number}"
+
+    @property
     def label(self) -> str:
         which = "".join(f" ({name} {value:g})" for name, value in self.counts)
-        return f"{self.title}{which} at {self.place.address}"
+        return f"{self.named}{which} at {self.place.address}"
 
 
 def candidates(robot: Robot) -> tuple[Candidate, ...]:

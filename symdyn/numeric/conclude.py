@@ -148,7 +148,7 @@ def specification(case: Case, final: Explanation, part: Part) -> Robot:
     whole = case.robot if part == UNCUT else robot_from_text(text, file)
     for name, estimate in case.model_parameters(final).items():
         text = set_parameter(text, whole, name, estimate.written)
-    for candidate, _ in final.found:
+    for candidate, _ in sorted(final.found, key=lambda item: item[0].number):
         values = {k: e.written for k, e in case.parameters(candidate, final).items()}
         text = add_effect(text, candidate.effect, part.place(candidate.effect, candidate.place.address), values, FOUND)
     for revised in in_stages(r for r in case.revised if r.values):

@@ -242,7 +242,7 @@ def _changed(before: Inquiry, after: Inquiry) -> frozenset[str]:
     """
     if after.case is not before.case:
         return frozenset(after.case.joints)
-    swapped = {place for _, place in before.current.effects ^ after.current.effects}
+    swapped = {place for _, place, _ in before.current.effects ^ after.current.effects}
     sizes = [np.sqrt(np.mean(inquiry.current.training**2, axis=0)) for inquiry in (before, after)]
     less = sizes[1] <= (1.0 - EARNS) * sizes[0]
     return frozenset(j for j, fell in zip(after.case.joints, less, strict=True) if fell or j in swapped)

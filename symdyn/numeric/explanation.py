@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from symdyn.numeric.candidates import Candidate, bounded, fitted_parameters
+from symdyn.numeric.candidates import Candidate, Key, bounded, fitted_parameters
 from symdyn.numeric.decomposition import pseudo_inverse
 from symdyn.numeric.effects_fit import EffectsFit, Fitted, Found
 from symdyn.numeric.findings import Errors, Estimate
@@ -19,6 +19,7 @@ from symdyn.numeric.observation import KEPT, low_pass
 from symdyn.numeric.position_spectrum import motion_cutoff
 from symdyn.numeric.regression import fit_linear, likelier
 from symdyn.numeric.sampling import left_by_sampling
+from symdyn.numeric.scan import WAVES
 from symdyn.numeric.search import EARNS
 from symdyn.numeric.verdict import NEGLIGIBLE
 from symdyn.numeric.workbench import Workbench
@@ -65,8 +66,8 @@ class Explanation:
     heldout: Array
 
     @property
-    def effects(self) -> frozenset[tuple[str, str]]:
-        return frozenset((c.effect, c.place.address) for c, _ in self.found)
+    def effects(self) -> frozenset[Key]:
+        return frozenset(c.key for c, _ in self.found)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -218,6 +219,18 @@ class Case:
         """Parameters of the candidate that would fit better beyond their bounds."""
         fitted = next(f for (c, _), f in zip(of.found, of.fitted, strict=True) if c is candidate)
         return (*bounded(candidate, fitted.coefficients), *self.laws.at_end(candidate, fitted.shapes))
+
+    def apart(self, candidate: Candidate, of: Explanation) -> bool:
+        """Whether a wave is one of its own: over the motion it has ``WAVES`` more or fewer than any other found there.
+
+        Two that are closer are one, whose size is not the same everywhere.
+        """
+        if not candidate.repeats:
+            return True
+        fitted = {c.key: f for (c, _), f in zip(of.found, of.fitted, strict=True) if c.law == candidate.law}
+        own = fitted.pop(candidate.key).shapes[0]
+        turns = float(np.ptp(self.bench.observation.q[:, self.laws.joint(candidate)])) / (2.0 * np.pi)
+        return all(abs(own - other.shapes[0]) * turns >= WAVES for other in fitted.values())
 
     def certain(self, candidate: Candidate, of: Explanation) -> bool:
         """Whether any of its parameters can be told from the value at which it vanishes, its shape being given.

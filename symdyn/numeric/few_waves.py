@@ -17,7 +17,6 @@ from symdyn.numeric.nested import exchanged, explained_without, search_beside
 from symdyn.numeric.scan import WAVES
 from symdyn.physics import catalogue
 from symdyn.physics.effect import Effect
-from symdyn.spec.effect_schema import Scan
 
 ONCE = 1.0  # wave that the travel must hold: of less it is open where the force turns
 
@@ -29,7 +28,7 @@ def waves_instead(inquiry: Inquiry, places: Collection[str], progress: Callable[
     """
     swapped = False
     for wave in inquiry.setting.proposed:
-        if wave.place.address not in places or not _is_wave(wave):
+        if wave.place.address not in places or not wave.repeats:
             continue
         less = [c for c, _ in inquiry.current.found if c.place == wave.place and _of_position(c.effect)]
         if all(c.effect == wave.effect for c in less):  # none, or nothing but the ripple itself
@@ -51,12 +50,8 @@ def waves_instead(inquiry: Inquiry, places: Collection[str], progress: Callable[
 
 def waves_of_rival(other: Candidate, found: Candidate) -> float:
     """Waves that the travel must hold of a rival: a law of position with as many numbers may as well be part of one."""
-    alike = _is_wave(other) and other.place == found.place and _of_position(found.effect)
+    alike = other.repeats and other.place == found.place and _of_position(found.effect)
     return 0.0 if alike and other.size <= found.size else WAVES
-
-
-def _is_wave(candidate: Candidate) -> bool:
-    return [s.scan for s in candidate.shapes] == [Scan.ANGLE_ORDER]
 
 
 def _of_position(effect: str) -> bool:

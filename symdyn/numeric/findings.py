@@ -91,6 +91,11 @@ class Finding:
     group: tuple[str, ...] = ()
     evidence: float = 0.0
     elsewhere: Mapping[str, Mapping[str, Estimate]] = field(default_factory=dict)
+    number: int = 1  # the how manieth of its kind at its place
+
+    @property
+    def key(self) -> tuple[str, str, int]:
+        return self.effect, self.place, self.number
 
     @property
     def heldout_gain(self) -> float:

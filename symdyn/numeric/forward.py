@@ -110,6 +110,8 @@ def first_that_earns(
             refusals.append(outside_bounds(trial))
         elif not case.certain(trial.candidate, better):
             refusals.append(f"{label} lowers the error, but its size cannot be told from zero")
+        elif not case.apart(trial.candidate, better):
+            refusals.append(f"{label} may be the one that was found, where its size is not the same everywhere")
         elif case.confirms(trial.candidate, current, better):
             return (trial, better), refusals
         else:

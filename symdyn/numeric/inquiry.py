@@ -37,11 +37,9 @@ class Inquiry:
 
     def settled(self) -> Inquiry:
         """Those of the findings that are still held, with their final values."""
-        kept = {(c.effect, c.place.address): self.case.parameters(c, self.current) for c, _ in self.current.found}
-        kept |= {(r.effect, r.place): estimates(self.case, r, self.current) for r in self.case.revised}
-        findings = [
-            replace(f, parameters=kept[f.effect, f.place]) for f in self.findings if (f.effect, f.place) in kept
-        ]
+        kept = {c.key: self.case.parameters(c, self.current) for c, _ in self.current.found}
+        kept |= {(r.effect, r.place, 1): estimates(self.case, r, self.current) for r in self.case.revised}
+        findings = [replace(f, parameters=kept[f.key]) for f in self.findings if f.key in kept]
         return replace(self, findings=tuple(findings))
 
 
@@ -58,9 +56,10 @@ def finding_of(
     joint = case.robot.joints[case.joints.index(candidate.place.address)]
     parameters = case.parameters(candidate, after)
     group = rigid_group(joint, candidate.effect)
-    return _finding(
-        case, before, after, candidate.effect, candidate.title, candidate.place.address, parameters, others, group
+    found = _finding(
+        case, before, after, candidate.effect, candidate.named, candidate.place.address, parameters, others, group
     )
+    return replace(found, number=candidate.number)
 
 
 def finding_of_revision(case: Case, revised: Revised, before: Explanation, after: Explanation) -> Finding:

@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.candidates import Candidate, Key
 from symdyn.physics import catalogue
 from symdyn.spec.records import Robot
 
 
-def ready(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[tuple[str, str]]) -> list[Candidate]:
-    """Candidates not yet in the model whose basis (what they correct) is in it.
+def ready(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[Key]) -> list[Candidate]:
+    """Candidates not yet in the model, or another of a kind that repeats, whose basis (what they correct) is in it.
 
     A law that is akin to one that was found is no addition to that: it may take its place (``nested``). Some laws wait
     for what they contain.
     """
-    present = effects | {(e.type, e.at) for e in robot.effects}
+    found = {(effect, at) for effect, at, _ in effects}
+    present = found | {(e.type, e.at) for e in robot.effects}
     return [
-        c
+        _another(c, effects)
         for c, law in ((c, catalogue()[c.effect]) for c in proposed)
-        if (c.effect, c.place.address) not in present
+        if (c.repeats or (c.effect, c.place.address) not in present)
         and (c.builds_on is None or (c.builds_on, c.place.address) in present)
         and (law.opens or any((e, c.place.address) in present for e in law.generalises))
-        and not any(at == c.place.address and akin(c.effect, other) for other, at in effects)
+        and not any(at == c.place.address and akin(c.effect, other) for other, at in found)
     ]
+
+
+def _another(candidate: Candidate, effects: frozenset[Key]) -> Candidate:
+    """The same, or one more of its kind where there is one already."""
+    numbers = [number for effect, at, number in effects if (effect, at) == candidate.key[:2]]
+    return replace(candidate, number=max(numbers) + 1) if numbers else candidate
 
 
 def akin(one: str, other: str) -> bool:

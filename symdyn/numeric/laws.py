@@ -50,13 +50,13 @@ class Laws:
     def columns(self, candidate: Candidate, shapes: Sequence[float], p: Array) -> Array:
         """(K, k) effort at the candidate's joint per unit of each linear parameter."""
         if candidate.effect in load_dependent():
-            of, known = self._under.get(candidate.label, (b"", np.zeros(0)))
+            of, known = self._under.get(candidate.law, (b"", np.zeros(0)))
             if of != p.tobytes():
                 joint = self.joint(candidate)
                 known = self._forces(candidate, shapes, self.load(joint, p)) * self.bench.counted[:, [joint]]
-                self._under[candidate.label] = p.tobytes(), known
+                self._under[candidate.law] = p.tobytes(), known
             return known
-        key, joint = (candidate.label, tuple(shapes)), self.joint(candidate)
+        key, joint = (candidate.law, tuple(shapes)), self.joint(candidate)
         forces = self._known[joint]
         if key not in forces:
             forces[key] = self._forces(candidate, shapes)
@@ -64,7 +64,7 @@ class Laws:
 
     def starts(self, candidate: Candidate, shapes: Sequence[float]) -> Array:
         """(K, m) effort at the candidate's joint because of how its states began; m = 0 for most."""
-        key, joint = (f"{candidate.label}, begun", tuple(shapes)), self.joint(candidate)
+        key, joint = (f"{candidate.law}, begun", tuple(shapes)), self.joint(candidate)
         if key not in self._known[joint]:
             values = candidate.values([1.0] * len(candidate.linear), shapes)
             probe = self.probes[key_of(candidate)]
@@ -99,9 +99,9 @@ class Laws:
         return [room(*of) for of in zip(candidate.shapes, self._scanned(candidate), scanned, strict=True)]
 
     def _scanned(self, candidate: Candidate) -> list[list[float]]:
-        if candidate.label not in self._axes:
-            self._axes[candidate.label] = axes(candidate, self.joint(candidate), self.bench)
-        return self._axes[candidate.label]
+        if candidate.law not in self._axes:
+            self._axes[candidate.law] = axes(candidate, self.joint(candidate), self.bench)
+        return self._axes[candidate.law]
 
     def at_end(self, candidate: Candidate, shapes: Sequence[float]) -> tuple[ParameterSchema, ...]:
         """What a fit left at an end: where a curve turns over (it is a jump there, or a line), a filter's damping."""

@@ -37,7 +37,7 @@ def generalised(inquiry: Inquiry, places: Collection[str], progress: Progress) -
     for wider in (c for c in inquiry.setting.proposed if c.place.address in places):
         less = [i for i in inquiry.current.found if i[0].place == wider.place and akin(i[0].effect, wider.effect)]
         less = [i for i in less if wider.effect not in catalogue()[i[0].effect].generalises]
-        if not less or (wider.effect, wider.place.address) in inquiry.current.effects:
+        if not less or wider.key in inquiry.current.effects:
             continue
         progress(f"instead of {less[0][0].label}: {wider.title}")
         gone = [c for c, _ in less]
@@ -134,9 +134,8 @@ def explained_without(inquiry: Inquiry, gone: Sequence[Candidate]) -> Explanatio
 
 def exchanged(inquiry: Inquiry, gone: Sequence[Candidate], rest: Explanation, after: Explanation) -> Inquiry:
     """With ``after`` in place of what is ``gone``; ``rest`` is what both have."""
-    keys = {(c.effect, c.place.address) for c in gone}
-    known = {(c.effect, c.place.address) for c, _ in rest.found}
-    kept = [f for f in inquiry.findings if (f.effect, f.place) not in keys]
-    new = [c for c, _ in after.found if (c.effect, c.place.address) not in known]
+    keys = {c.key for c in gone}
+    kept = [f for f in inquiry.findings if f.key not in keys]
+    new = [c for c, _ in after.found if c.key not in rest.effects]
     found = [finding_of(inquiry.case, c, rest, after) for c in new]
     return replace(inquiry, current=after, findings=tuple(chain(kept, found)))

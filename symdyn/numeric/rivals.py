@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from symdyn.base.errors import NumericalError
+from symdyn.numeric.explanation import Explanation
 from symdyn.numeric.few_waves import waves_of_rival
 from symdyn.numeric.findings import Finding, Rival
-from symdyn.numeric.forward import tried_revisions
+from symdyn.numeric.forward import RevisionTrial, tried_revisions
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.kinship import ready
 from symdyn.numeric.noise_floor import independent_samples
@@ -25,7 +27,7 @@ Progress = Callable[[str], None]
 def with_rivals(inquiry: Inquiry, finding: Finding, open_: Sequence[Revision], progress: Progress) -> Finding:
     """What it does not improve on beyond chance: other explanations at its place (rivals), itself elsewhere (group)."""
     case, current = inquiry.case, inquiry.current
-    mine = [i for i in current.found if (i[0].effect, i[0].place.address) == (finding.effect, finding.place)]
+    mine = [i for i in current.found if i[0].key == finding.key]
     if not mine:
         return finding  # a sensor's fault, or gravity: it explains more than any effect does
     progress(f"looking for rivals of {finding.title} at {finding.place}")
@@ -53,7 +55,25 @@ def with_rivals(inquiry: Inquiry, finding: Finding, open_: Sequence[Revision], p
                 rivals.append(Rival(other.effect, other.place.address, p_value))
             else:
                 group.append(other.place.address)
-    for revised in tried_revisions(replace(inquiry, current=rest), search, open_, [own], progress):
+    bare = replace(inquiry, current=rest)
+    for revised in tried_revisions(bare, search, open_, [own], progress):
         if revised.matches > TIE and revised.revision.key[1] in (finding.place, "base"):
-            rivals.append(Rival(*revised.revision.key, revised.matches))
+            p_value = _as_good(bare, current, revised)
+            if p_value > TIE:
+                rivals.append(Rival(*revised.revision.key, p_value))
     return replace(finding, rivals=tuple(rivals), group=tuple(group))
+
+
+def _as_good(bare: Inquiry, found: Explanation, tried: RevisionTrial) -> float:
+    """P-value of "the finding explains no more than this revision", which is fitted for that; 0 where it cannot be.
+
+    To first order a limit of the efforts has any size, and so looks like much that follows the sign of an effort.
+    """
+    try:
+        after = tried.revision.revised(bare, tried.tried)
+    except NumericalError:
+        return 0.0
+    if after is None:
+        return 0.0
+    gain, p_value = likelier(after.current.training * found.weight, found.training * found.weight)
+    return p_value if gain > 0.0 else 1.0

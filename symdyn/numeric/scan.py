@@ -140,7 +140,7 @@ def screened(
 
     Orders of fewer than two waves are all kept: the model's own gravity, beside which they stand, moves their peaks.
     """
-    if [s.scan for s in candidate.shapes] != [Scan.ANGLE_ORDER]:
+    if not candidate.repeats:
         return values
     angle, speed = (bench.bring(a[:, [joint]])[:, 0] for a in (bench.observation.q, bench.observation.qd))
     power = periodogram(left, angle, speed, np.array([v[0] for v in values]), bench.edge)

@@ -22,7 +22,7 @@ from symdyn.faces.words import (
 )
 from symdyn.numeric.findings import Diagnosis, Errors, Estimate, Finding
 from symdyn.spec.monomials import parameter_of
-from symdyn.spec.records import Parameter, Robot
+from symdyn.spec.records import Parameter
 
 
 def headline(diagnosis: Diagnosis) -> Markup:
@@ -44,7 +44,7 @@ def findings_table(diagnosis: Diagnosis) -> Markup:
             str(step),
             _place(finding.place, finding.group),
             Markup('<span class="what">{}</span>').format(finding.title),
-            _parameters(finding, _symbols(finding, diagnosis.diagnosed)),
+            _parameters(finding, _symbols(finding, diagnosis)),
             Markup('<span class="line">{} → {}</span>').format(
                 percent(finding.heldout_before), percent(finding.heldout_after)
             ),
@@ -200,13 +200,14 @@ def _lines(values: Mapping[str, Estimate], shown: Mapping[str, Parameter]) -> li
     return lines
 
 
-def _symbols(finding: Finding, diagnosed: Robot) -> dict[str, Parameter]:
+def _symbols(finding: Finding, diagnosis: Diagnosis) -> dict[str, Parameter]:
     """The finding's parameters as the diagnosed model knows them, by the names of the effect's declaration."""
-    by_name = {p.name: p for p in diagnosed.parameters}
+    by_name = {p.name: p for p in diagnosis.diagnosed.parameters}
+    of_kind = sorted({f.number for f in diagnosis.findings if f.key[:2] == finding.key[:2]})
+    there = [e for e in diagnosis.diagnosed.effects if (e.type, e.at) == finding.key[:2]]
     return {
         name: by_name[parameter]
-        for effect in diagnosed.effects
-        if (effect.type, effect.at) == (finding.effect, finding.place)
+        for effect in there[of_kind.index(finding.number) :][:1]
         for name, value in effect.values
         if (parameter := parameter_of(value)) is not None
     }
