@@ -54,10 +54,14 @@ class Misread:
     def columns(self, inquiry: Inquiry) -> list[Array]:
         if self.what != "limit":
             return [self._slope(inquiry, inquiry.current, self._stands(inquiry.setting))]
-        before = inquiry.current.training
-        return [
-            (before - self._residual(inquiry, inquiry.current, value))[:, :, None] for value in self._limits(inquiry)
-        ]
+        bench = inquiry.case.bench
+        asked = bench.observation.tau[:, [self.joint]]
+        kept = bench.bring(np.concatenate([asked - np.clip(asked, -v, v) for v in self._limits(inquiry)], axis=1))
+        found = []
+        for column in kept.T:  # what a drive does not give is no effort, whatever the model needs
+            found.append(np.zeros((*bench.effort.shape, 1)))
+            found[-1][:, self.joint, 0] = column * bench.counted[:, self.joint]
+        return found
 
     def revised(self, inquiry: Inquiry, tried: int) -> Inquiry | None:
         limited = self.what == "limit"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -83,6 +84,18 @@ def test_a_limit_that_the_judging_run_does_not_reach_was_not_seen() -> None:
     assert "effort_saturation" not in [f.effect for f in found.findings]
     there = diagnose(pendulum(), pushed, record(2, lambda t, q, v, a: 25.0 * (np.mod(t, 4.0) < 0.4)))
     assert "effort_saturation" in [f.effect for f in there.findings]
+
+
+def test_what_a_limit_takes_off_the_residual_is_what_the_drive_does_not_give() -> None:
+    setting = prepare(pendulum(), swung(1, 5.0, 0.5), swung(2, 5.0, 0.5), lambda _: None)
+    case = setting.case(20.0)
+    given = case.explain()
+    inquiry = Inquiry(setting, case, given, setting, case, given)
+    (limit,) = (r for r in revisions(setting) if isinstance(r, Misread) and r.what == "limit")
+    for column, value in zip(limit.columns(inquiry), limit._limits(inquiry), strict=True):
+        readings = (replace(setting.readings[0], limit=value),)
+        limited = case.residual(replace(setting, readings=readings).training_laws(20.0), given)
+        assert column[:, :, 0] == pytest.approx(given.training - limited, abs=1e-9)
 
 
 def test_a_limit_that_most_efforts_are_beyond_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
