@@ -21,9 +21,7 @@ Array = NDArray[np.float64]
 ROUNDS = 10  # of Gauss-Newton
 NEAR = 1e-2  # standard errors: a step that small has settled
 LIMITS = (0.995, 0.98, 0.95, 0.9, 0.8, 0.65, 0.5, 0.35, 0.2)  # quantiles of the effort: limits that are tried
-ALWAYS = (
-    0.9  # of the samples that are judged: what is that often at its limit tells nothing of the size of efforts any more
-)
+ALWAYS = 0.9  # of what is judged: what is that often at its limit tells nothing of how large efforts are
 LOWEST = {"gain": 0.1, "offset": -np.pi, "limit": 0.0}  # beyond that nobody calls it a sensor, or a drive
 HIGHEST = {"gain": 10.0, "offset": np.pi, "limit": np.inf}
 
