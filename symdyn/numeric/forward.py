@@ -13,7 +13,7 @@ from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.explanation import LEVEL, Case, Explanation, Revised
 from symdyn.numeric.findings import Alternative, Rival
 from symdyn.numeric.inquiry import Inquiry, finding_of, finding_of_revision
-from symdyn.numeric.kinship import ready
+from symdyn.numeric.kinship import ready, waiting
 from symdyn.numeric.noise_floor import independent_samples
 from symdyn.numeric.regression import likelier, log_loss
 from symdyn.numeric.revision import Revision
@@ -64,14 +64,17 @@ def forward(inquiry: Inquiry, open_: Sequence[Revision], progress: Progress) -> 
         if revised is not None:
             inquiry, open_ = revised[0], [r for r in open_ if r is not revised[1]]
             adopted.append(revised[1])
-        elif step is None:
-            both = pair_that_earns(inquiry, search, proposed)
-            if both is None:
-                return inquiry.noting(*refusals)
+        elif step is None and (both := pair_that_earns(inquiry, search, proposed)) is not None:
             pair, better = both
             found = tuple(finding_of(case, candidate, current, better) for candidate in pair)
             inquiry = _refitted(replace(inquiry, current=better, findings=(*inquiry.findings, *found)), adopted)
         else:
+            if step is None:
+                shut = waiting(inquiry.setting.proposed, case.robot, current.effects)
+                earning, _ = rank(search, shut, LEVEL, progress)
+                step, _ = first_that_earns(inquiry, earning)
+            if step is None:
+                return inquiry.noting(*refusals)
             trial, better = step
             others = _alternatives(inquiry, earning, trial)
             finding = finding_of(case, trial.candidate, current, better, others)

@@ -28,6 +28,22 @@ def ready(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[Key]) 
     ]
 
 
+def waiting(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[Key]) -> list[Candidate]:
+    """Candidates that wait for what they contain, which is not there; where nothing else earns its place they may.
+
+    Whatever they resemble was asked by then.
+    """
+    found = {(effect, at) for effect, at, _ in effects}
+    present = found | {(e.type, e.at) for e in robot.effects}
+    return [
+        c
+        for c, law in ((c, catalogue()[c.effect]) for c in proposed)
+        if not law.opens
+        and not any((e, c.place.address) in present for e in (c.effect, *law.generalises))
+        and not any(at == c.place.address and akin(c.effect, other) for other, at in found)
+    ]
+
+
 def _another(candidate: Candidate, effects: frozenset[Key]) -> Candidate:
     """The same, or one more of its kind where there is one already."""
     numbers = [number for effect, at, number in effects if (effect, at) == candidate.key[:2]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,10 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.findings import Diagnosis, Verdict
+from symdyn.numeric.forward import forward
+from symdyn.numeric.inquiry import Inquiry
+from symdyn.numeric.kinship import ready, waiting
+from symdyn.numeric.setting import prepare
 from symdyn.spec.edit import add_effect
 
 from .pendulum import ARM, GRAVITY, MASS, TOML, VISCOUS, pendulum, record
@@ -118,6 +123,26 @@ def test_degressive_friction_is_told_from_dry_and_viscous_friction_together(bend
     assert told["coulomb_friction"]["level"].value == pytest.approx(0.4, rel=0.02)
     if not bends:
         assert told["viscous_friction"]["coefficient"].value == pytest.approx(VISCOUS + 0.3, rel=0.02)
+
+
+def test_a_law_that_waits_for_what_it_contains_is_asked_where_nothing_else_earns_its_place() -> None:
+    """Another one had come before viscous friction, and viscous friction did not earn its place beside that."""
+    bare, effects = TOML.split("[[effect]]")[0], TOML.split("[recording]")[1]
+
+    def friction(t: Array, q: Array, v: Array, a: Array) -> Array:
+        return greased(t, q, v, a) - VISCOUS * v
+
+    runs = (record(1, friction), record(101, friction))
+    setting = prepare(pendulum(f"{bare}[recording]{effects}"), *runs, lambda _: None)
+    proposed = tuple(c for c in setting.proposed if c.effect in ("quadratic_drag", "degressive_friction"))
+    setting = replace(setting, proposed=proposed)
+    assert [c.effect for c in ready(proposed, setting.robot, frozenset())] == ["quadratic_drag"]
+    assert not waiting(proposed, setting.robot, frozenset({("viscous_friction", "arm", 1)}))
+    case = setting.case(5.0)
+    given = case.explain()
+    found = forward(Inquiry(setting, case, given, setting, case, given), (), lambda _: None)
+    assert "degressive_friction" in {f.effect for f in found.findings}
+    assert found.case.errors(found.current).heldout < 0.1 * found.case.errors(given).heldout
 
 
 @pytest.mark.slow
