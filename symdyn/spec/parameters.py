@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from symdyn.base.latex_check import is_safe_latex
-from symdyn.base.names import LONGEST_NAME, collisions, identifier_problem, latex_of
+from symdyn.base.names import LONGEST_NAME, collisions, identifier_problem, latex_of, with_subscripts
 from symdyn.base.number_text import parse_number, to_float
 from symdyn.base.units import UnitError, UnitRef, describe, parse_quantity, parse_unit
 from symdyn.base.wording import quoted
@@ -54,6 +54,8 @@ class Parameters:
         while candidate.casefold() in self._taken:
             self._repeats[stem] += 1
             candidate = f"{stem[: LONGEST_NAME - 8]}_{self._repeats[stem] + 1}"
+        if self._repeats[stem]:  # two that look alike in an equation would be taken for one
+            latex = with_subscripts(latex, [str(self._repeats[stem] + 1)])
         self._taken.add(candidate.casefold())
         self._add(Parameter(candidate, value, unit, latex, meaning, findings.where(path)))
         return candidate

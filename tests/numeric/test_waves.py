@@ -44,6 +44,7 @@ def test_waves_of_two_orders_are_told_each_by_its_own() -> None:
     for wave in waves:  # each in a block of its own
         order = _symbols(wave, found)["order"]
         assert values[order.name] == pytest.approx(wave.parameters["order"].value)
+    assert len({_symbols(wave, found)["order"].latex for wave in waves}) == len(waves)
     assert sum(e.type == RIPPLE for e in found.diagnosed.effects) == len(waves)
     assert found.diagnosed.text.count(f'type = "{RIPPLE}"') == len(waves)
 
