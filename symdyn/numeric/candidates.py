@@ -90,8 +90,7 @@ class Candidate:
     @property
     def law(self) -> str:
         """What it shares with all others of its kind at its place."""
-        which = "".join(f" ({name} {value:g})" for name, value in self.counts)
-        return f"{self.effect}{which} at {self.place.address}"
+        return f"{self.effect}{self._which} at {self.place.address}"
 
     @property
     def named(self) -> str:
@@ -99,8 +98,11 @@ class Candidate:
 
     @property
     def label(self) -> str:
-        which = "".join(f" ({name} {value:g})" for name, value in self.counts)
-        return f"{self.named}{which} at {self.place.address}"
+        return f"{self.named}{self._which} at {self.place.address}"
+
+    @property
+    def _which(self) -> str:
+        return "".join(f" ({name} {value:g})" for name, value in self.counts)
 
 
 def candidates(robot: Robot) -> tuple[Candidate, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+from threadpoolctl import threadpool_limits
 
 from symdyn.numeric.candidates import Candidate, fitted_parameters, held_parameters
 from symdyn.numeric.circuits import driven_by_current

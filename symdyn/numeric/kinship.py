@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from symdyn.numeric.candidates import Candidate, Key
 from symdyn.physics import catalogue
+from symdyn.physics.effect import Effect
 from symdyn.spec.records import Robot
 
 
@@ -16,15 +17,13 @@ def ready(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[Key]) 
     A law that is akin to one that was found is no addition to that: it may take its place (``nested``). Some laws wait
     for what they contain.
     """
-    found = {(effect, at) for effect, at, _ in effects}
-    present = found | {(e.type, e.at) for e in robot.effects}
+    present = _present(robot, effects)
     return [
         _another(c, effects)
-        for c, law in ((c, catalogue()[c.effect]) for c in proposed)
+        for c, law in _not_akin(proposed, effects)
         if (c.repeats or (c.effect, c.place.address) not in present)
         and (c.builds_on is None or (c.builds_on, c.place.address) in present)
         and (law.opens or any((e, c.place.address) in present for e in law.generalises))
-        and not any(at == c.place.address and akin(c.effect, other) for other, at in found)
     ]
 
 
@@ -33,14 +32,24 @@ def waiting(proposed: Sequence[Candidate], robot: Robot, effects: frozenset[Key]
 
     Whatever they resemble was asked by then.
     """
-    found = {(effect, at) for effect, at, _ in effects}
-    present = found | {(e.type, e.at) for e in robot.effects}
+    present = _present(robot, effects)
     return [
         c
-        for c, law in ((c, catalogue()[c.effect]) for c in proposed)
-        if not law.opens
-        and not any((e, c.place.address) in present for e in (c.effect, *law.generalises))
-        and not any(at == c.place.address and akin(c.effect, other) for other, at in found)
+        for c, law in _not_akin(proposed, effects)
+        if not law.opens and not any((e, c.place.address) in present for e in (c.effect, *law.generalises))
+    ]
+
+
+def _present(robot: Robot, effects: frozenset[Key]) -> set[tuple[str, str]]:
+    return {(effect, at) for effect, at, _ in effects} | {(e.type, e.at) for e in robot.effects}
+
+
+def _not_akin(proposed: Sequence[Candidate], effects: frozenset[Key]) -> list[tuple[Candidate, Effect]]:
+    """Those that are no kin of what was found at their place, each with its law."""
+    return [
+        (c, catalogue()[c.effect])
+        for c in proposed
+        if not any(at == c.place.address and akin(c.effect, other) for other, at, _ in effects)
     ]
 
 

@@ -55,11 +55,9 @@ class Misread:
         bench = inquiry.case.bench
         asked = bench.observation.tau[:, [self.joint]]
         kept = bench.bring(np.concatenate([asked - np.clip(asked, -v, v) for v in self._limits(inquiry)], axis=1))
-        found = []
-        for column in kept.T:  # what a drive does not give is no effort, whatever the model needs
-            found.append(np.zeros((*bench.effort.shape, 1)))
-            found[-1][:, self.joint, 0] = column * bench.counted[:, self.joint]
-        return found
+        columns = np.zeros((kept.shape[1], *bench.effort.shape, 1))  # not given: no effort, whatever the model needs
+        columns[:, :, self.joint, 0] = kept.T * bench.counted[:, self.joint]
+        return list(columns)
 
     def revised(self, inquiry: Inquiry, tried: int) -> Inquiry | None:
         limited = self.what == "limit"

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
 from scipy.stats import qmc
-from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+from threadpoolctl import threadpool_limits
 
 from symdyn.numeric.experiment.explanations import Explained
 from symdyn.numeric.experiment.motions import Family, Motion
