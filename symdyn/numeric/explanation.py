@@ -32,6 +32,7 @@ LEVEL = 0.01  # significance of a gain
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
 
 SPREAD = 1.0  # a model's parameters are off by up to so much of their values, unless a recording tells otherwise
+LITTLE = 0.02  # of what a law takes off: less does not tell it from another one at its place
 CARRIES = 0.01  # of the inertia that swings, that what carries it has at least
 SCALES = frozenset({Scan.SPEED, Scan.TURNOVER, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER, Scan.FREQUENCY})
 SPECK = 1e-6  # where a parameter that is none begins, to be one (gravity, in m/s^2)
@@ -144,17 +145,21 @@ class Case:
         seen = joint_errors(of.training, self.bench), joint_errors(of.heldout, self.judge)
         return bool(np.all(np.concatenate(seen) <= NEGLIGIBLE))
 
-    def earns(self, before: Explanation, after: Explanation, sensor: str | None = None) -> bool:
+    def earns(
+        self, before: Explanation, after: Explanation, sensor: str | None = None, bare: Explanation | None = None
+    ) -> bool:
         """Held-out error falls by more than chance, over all, and at some joint by enough to matter.
 
         What a joint's ``sensor`` shows enters every equation, and some of them may like it by chance: it must matter
-        in that joint's own, or over all.
+        in that joint's own, or over all. Where it is open which of two laws is there, ``bare`` has neither: then what
+        matters is a part of what such a law takes off.
         """
         gain, p_value = heldout_gain(before, after)
         falls = gain > 0 and self.errors(after).heldout < self.errors(before).heldout
         old, new = (self._judged(e.heldout, sensor) for e in (before, after))
         takes = np.sqrt(np.maximum(old**2 - new**2, 0.0))
-        enough = (new <= (1.0 - EARNS) * old) & (takes > NEGLIGIBLE)
+        least = NEGLIGIBLE if bare is None else np.minimum(NEGLIGIBLE, LITTLE * self._judged(bare.heldout, sensor))
+        enough = (new <= (1.0 - EARNS) * old) & (takes > least)
         if not falls or p_value >= LEVEL or not enough.any():
             return False
         return bool(np.any(enough & (takes > self._judged(self.left_by_sampling(after), sensor))))
@@ -170,8 +175,10 @@ class Case:
         """(K, n) of held-out data, what the time between samples leaves though nothing is missing."""
         return left_by_sampling(self.judged, of.found, of.fitted, of.fit.p)
 
-    def confirms(self, candidate: Candidate, before: Explanation, after: Explanation) -> bool:
-        """Whether a candidate that ``after`` has beside ``before`` earns its place.
+    def confirms(
+        self, candidate: Candidate, before: Explanation, after: Explanation, bare: Explanation | None = None
+    ) -> bool:
+        """Whether a candidate that ``after`` has beside, or in the place of something in, ``before`` earns its place.
 
         What swings must do so below the frequency at which the motion of its joint sinks into noise: beyond, it is a
         filter that lets less of the noise of accelerations through. And where all of that motion is kept: it makes up
@@ -187,7 +194,7 @@ class Case:
             known = min(known, KEPT * float(seen.motions[joint]))
             rate = self.judge.samples_per_period * self.judge.edge
             before, after = (replace(each, heldout=low_pass(each.heldout, rate, known)) for each in (before, after))
-        return self.earns(before, after)
+        return self.earns(before, after, bare=bare)
 
     def parameters(self, candidate: Candidate, of: Explanation) -> dict[str, Estimate]:
         """The candidate's parameters as fitted, by their names in the effect's declaration."""

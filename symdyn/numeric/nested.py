@@ -72,7 +72,7 @@ def simplified(inquiry: Inquiry, progress: Progress) -> Inquiry:
                 after = _with(inquiry, rest, simpler)
             except NumericalError:
                 continue
-            if after is not None and not _earns(inquiry, after):
+            if after is not None and not _earns(inquiry, after, rest):
                 names = ", ".join(c.title for c in simpler)
                 told = f"{candidate.label} contains {names}, which explains as much by itself"
                 if not inquiry.case.earns(rest, after):
@@ -82,8 +82,10 @@ def simplified(inquiry: Inquiry, progress: Progress) -> Inquiry:
     return inquiry
 
 
-def _earns(inquiry: Inquiry, simpler: Explanation) -> bool:
+def _earns(inquiry: Inquiry, simpler: Explanation, rest: Explanation) -> bool:
     """Whether the wider law explains more than the simpler one, also if the efforts were late against the motion.
+
+    ``rest`` has neither.
 
     After every jump late efforts look like friction that remembers.
     """
@@ -91,7 +93,7 @@ def _earns(inquiry: Inquiry, simpler: Explanation) -> bool:
     late = effort_skew(case, simpler)
     if certain(case, late) and likelier(late.heldout, wider.heldout * simpler.weight)[0] < 0.0:
         return False
-    return case.earns(simpler, wider)
+    return case.earns(simpler, wider, bare=rest)
 
 
 def _simpler(inquiry: Inquiry, wider: Candidate) -> list[list[Candidate]]:
