@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 KINKED = 0.05  # of the square of what a kink does to a step: variance, as it may come sooner or later
 MEMORY = 1000.0  # samples that say what is usual
 ALIKE = 1e-4  # relative change of the machine's Jacobian: with the one before a step goes as far
+GENTLE = 0.25  # of what a step does to a state: a Jacobian that changes that by more does not correct it
 STEADY = 1e-6  # relative change of every variance in a step below which gains are kept
 
 _vector, _matrix, _cube = (types.Array(types.float64, d, "C") for d in (1, 2, 3))
@@ -32,6 +33,32 @@ def _begin(cov: Array, p0: Array, power: Array, n: int) -> None:
             cov[i, j] = p0[i, j] if i < n and j < n else 0.0
     for i in range(len(power)):
         cov[n + i, n + i] = power[i]
+
+
+@compiled
+def _turned(
+    by_x: Array, a: Array, phi: Array, h: float, n: int, dz: Array, moved: Array, change: Array, way: Array, more: Array
+) -> None:
+    """Add to sensitivities ``moved`` (n, q) that a step took ``dz`` (n, q) to what the Jacobian's change adds.
+
+    From ``a`` at its start to ``by_x`` at its end: what a step does is, to second order, what the mean of both does.
+    All matrices have room (``product``).
+    """
+    for i in range(n):
+        for j in range(n):
+            change[i, j] = 0.25 * h * (by_x[i, j] - a[i, j])
+    for i in range(n):
+        own = 0.0
+        for j in range(n):
+            own += change[i, j] * phi[j, i] + phi[i, j] * change[j, i]
+        if not abs(own) <= GENTLE:
+            return
+    product(change, dz, n, n, way)
+    product(phi, way, n, n, more)
+    product(change, moved, n, n, way)
+    for i in range(n):
+        for j in range(moved.shape[1]):
+            moved[i, j] += more[i, j] + way[i, j]
 
 
 @njit(
@@ -130,6 +157,7 @@ def run(  # type: ignore[no-untyped-def]
                 break
     force, forced = np.zeros((wide, room(nl))), np.zeros((wide, room(nl)))
     dz, source, moved = np.zeros((wide_z, wide_q)), np.zeros((wide, wide_q)), np.zeros((wide_z, wide_q))
+    turning, way, more = np.zeros((wide, wide)), np.zeros((wide, wide_q)), np.zeros((wide_z, wide_q))
     nodes, rest = np.zeros((HALVES + 2, wide, wide)), np.zeros((wide, wide))  # what that does over a step
     phi, work, turned = np.zeros((wide_z, wide_z)), np.zeros((wide_z, wide_z)), np.zeros((wide_z, wide_z))
     row, shown, h_old = np.zeros(nz), np.zeros(n), -1.0
@@ -281,6 +309,8 @@ def run(  # type: ignore[no-untyped-def]
                 if not same:
                     source_weights(ladder[rung:], finer, n, h, nodes, rest, term, space)
                 product(phi, dz, n, nz, moved)
+                f_x(x[0], control, p, by_x)
+                _turned(by_x, a, phi, h, n, dz, moved, turning, way, more)
                 for i in range(n):
                     for j in range(q):
                         dz[i, j] = moved[i, j]
