@@ -37,7 +37,7 @@ from symdyn.numeric.filtering.judged import (
 )
 from symdyn.numeric.filtering.late import absorbing, the_other_way
 from symdyn.numeric.filtering.likelihood import MLFit, fit
-from symdyn.numeric.filtering.model import Model, candidate_beliefs, without_latent
+from symdyn.numeric.filtering.model import Model, candidate_beliefs, joined, without_latent
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.filtering.stiff import that_show
@@ -186,13 +186,13 @@ def as_given(model: Model, current: Explanation) -> tuple[FilterBench, Array]:
     for name in model.beliefs:
         p[bench.index[name]] = model.values[bench.index[name]]
     first, now = without_latent(model, model.training), bench.noise
-    return bench.with_noise(_joined(first, now)), p
+    return bench.with_noise(joined(first, now)), p
 
 
 def let_in(unknown: Noise, of: MLFit, beliefs: Beliefs) -> MLFit:
     """The fit with those unknown forces again, which shall tell whether something is left."""
     little = (replace(unknown, power=part * unknown.power) for part in LITTLE)
-    return likeliest([(of.bench.with_noise(_joined(of.bench.noise, each)), of.p) for each in little], beliefs)
+    return likeliest([(of.bench.with_noise(joined(of.bench.noise, each)), of.p) for each in little], beliefs)
 
 
 def likeliest(starts: Sequence[tuple[FilterBench, Array]], beliefs: Beliefs) -> MLFit:
@@ -200,11 +200,3 @@ def likeliest(starts: Sequence[tuple[FilterBench, Array]], beliefs: Beliefs) -> 
     rough = side_by_side(lambda start: fit(*start, beliefs, settled=ROUGH, most=ROUNDS), starts)
     best = min(rough, key=lambda each: each.loss)
     return fit(best.bench, best.p, beliefs)
-
-
-def _joined(quiet: Noise, unknown: Noise) -> Noise:
-    """Noise of sensors and inputs, and beside it the unknown forces of another."""
-    k = unknown.inputs
-    pairs = ((getattr(quiet, x)[:k], getattr(unknown, x)[k:]) for x in ("power", "decay", "most"))
-    power, decay, most = (np.concatenate(pair) for pair in pairs)
-    return replace(unknown, r=quiet.r, power=power, decay=decay, most=most)

@@ -22,7 +22,8 @@ Driven = tuple[Array, Array, Array, Array]  # inputs, their slopes, steps, and h
 DEAF = 1e30  # variance of a measurement that a filter does not listen to
 SHIFT = 0.05  # of a step, for the difference quotient of a delay
 TOO_LITTLE = 0.05  # nats that a step of a fit promises: less is not worth a run of the filter
-FASTEST = 0.5  # decay of a latent force, per sample: faster is white noise
+FASTEST = 0.5  # decay of a latent force, per sample: faster is all but white noise
+WHITE = 3.0  # the same of what an input's samples are off by, each for itself
 SWINGS = 2.0  # periods of a part that is not measured, after which those that are have told where it is
 CLOSE = 0.1  # of what is unknown of a start: two that are closer are one
 BENT = 1e-2  # of the travel: what a hidden displacement may be at the start
@@ -35,7 +36,8 @@ class Noise:
     ``directions`` (np, l) says along which parameters each force acts, ``decay`` (l,) in 1/s is the inverse of its
     correlation time, ``power`` (l,) its variance, which a fit takes to ``most`` (l,) at most. The first ``inputs`` of
     them are the noise of the inputs and of the equations, which is all but white: rounding, what an input does between
-    two samples, what a step of the filter leaves out. ``first`` (inputs,) is the variance that those begin with.
+    two samples, what a step of the filter leaves out. ``first`` (inputs,) is the variance that those begin with, and
+    ``shown`` (inputs,) the largest one that white noise can have beside what is seen of them.
     """
 
     r: Array
@@ -44,6 +46,7 @@ class Noise:
     power: Array
     most: Array
     first: Array = field(default_factory=lambda: np.zeros(0))
+    shown: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def inputs(self) -> int:
@@ -54,7 +57,7 @@ class Noise:
         """Without any force but the noise of the inputs and of the equations."""
         k = self.inputs
         decay, power, most = (x[:k].copy() for x in (self.decay, self.power, self.most))
-        return Noise(self.r, self.directions[:, :k].copy(), decay, power, most, self.first)
+        return Noise(self.r, self.directions[:, :k].copy(), decay, power, most, self.first, self.shown)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

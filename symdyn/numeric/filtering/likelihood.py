@@ -13,12 +13,14 @@ from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.noise_step import noise_step
 from symdyn.numeric.filtering.parameter_step import At, columns, parameter_step
 from symdyn.numeric.filtering.scale import as_believed
+from symdyn.numeric.filtering.windows import white_noise
 from symdyn.numeric.regression import long_run_covariance
 
 Array = NDArray[np.float64]
 
 ITERATIONS = 30
 SETTLED = 0.5  # nats: what half of a sample's noise says
+CLEAR = 4.0  # times the largest variance that white noise of a sensor can have: more is no noise of its own
 NOTHING = 1e-6  # of the variance that noise of an input begins with
 
 
@@ -26,7 +28,9 @@ NOTHING = 1e-6  # of the variance that noise of an input begins with
 class MLFit:
     """``p`` (np,), fitted where ``beliefs`` names it; ``bench`` holds the noise fitted along; ``loss`` is -log L.
 
-    ``discretisation`` (k,): how far off the steps of the filter may have put each value, where that was asked.
+    Where that was asked: ``discretisation`` (k,), how far off the steps of the filter may have put each value, and
+    ``finer``, the filter with shorter ones (where two parameters are nearly one, slopes that are a per cent off tell
+    them apart); and ``reach`` (k,), how many times as far as its curvature says the likelihood does not tell.
     """
 
     beliefs: Beliefs
@@ -34,6 +38,8 @@ class MLFit:
     bench: FilterBench
     loss: float
     discretisation: Array | None = None
+    finer: FilterBench | None = None
+    reach: Array | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -42,8 +48,10 @@ class MLFit:
     @cached_property
     def covariance(self) -> Array:
         """(k, k) of the named parameters."""
-        random = _covariance(self.bench, self.p, self.beliefs)
-        return random if self.discretisation is None else random + np.outer(self.discretisation, self.discretisation)
+        random = _covariance(self.finer or self.bench, self.p, self.beliefs)
+        if self.discretisation is not None:
+            random = random + np.outer(self.discretisation, self.discretisation)
+        return random if self.reach is None else random * np.outer(self.reach, self.reach)
 
 
 def fit(
@@ -59,9 +67,17 @@ def fit(
     One of them that gains less than ``settled`` nats waits until the other does, too. It ends when both together gain
     less, or after ``most`` rounds, with all forces as large as is believed most, where nothing else tells.
     """
-    names = bool(beliefs)
     bench, loss = _begun(bench, p)
-    at = At(p.copy(), loss + penalty(p, bench.index, beliefs))
+    bench, at = _settled(bench, At(p.copy(), loss + penalty(p, bench.index, beliefs)), beliefs, settled, most)
+    clear = _clear(bench, at, beliefs)
+    if clear is not None:
+        bench, at = _settled(*clear, beliefs, settled, most)
+    bench, p, loss = as_believed(bench, at.p, at.loss, beliefs)
+    return MLFit(beliefs, p, bench, loss)
+
+
+def _settled(bench: FilterBench, at: At, beliefs: Beliefs, settled: float, most: int) -> tuple[FilterBench, At]:
+    names = bool(beliefs)
     of_parameters, of_noise = names, True  # whose turn it is
     for _ in range(most):
         before = at.loss
@@ -79,8 +95,23 @@ def fit(
             of_parameters, of_noise = before - between >= settled, between - at.loss >= settled
         elif before - at.loss < settled:
             of_parameters, of_noise = names, True
-    bench, p, loss = as_believed(bench, at.p, at.loss, beliefs)
-    return MLFit(beliefs, p, bench, loss)
+    return bench, at
+
+
+def _clear(bench: FilterBench, at: At, beliefs: Beliefs) -> tuple[FilterBench, At] | None:
+    """Where the fit goes on with sensors as clear as they show, and inputs as noisy; None where that is less likely.
+
+    What the noise of an input does to a machine that swings may have been taken for the noise of a sensor while
+    something was missing, and small steps do not lead from one to the other.
+    """
+    noise, white = bench.noise, white_noise(bench.signals)
+    if np.all(noise.r <= CLEAR * white):
+        return None
+    power = noise.power.copy()
+    power[: noise.inputs] = np.maximum(power[: noise.inputs], noise.shown)
+    clear, loss = _scaled(bench.with_noise(replace(noise, r=np.minimum(noise.r, white), power=power)), at.p)
+    loss += penalty(at.p, bench.index, beliefs)
+    return (clear, At(at.p, loss)) if loss < at.loss else None
 
 
 def _begun(bench: FilterBench, p: Array) -> tuple[FilterBench, float]:

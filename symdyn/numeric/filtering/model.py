@@ -13,13 +13,14 @@ from symdyn.compiler import compile_robot
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, bounds
 from symdyn.numeric.filtering.beliefs import Belief, Beliefs
-from symdyn.numeric.filtering.bench import FASTEST, FilterBench, Noise
+from symdyn.numeric.filtering.bench import FASTEST, WHITE, FilterBench, Noise
 from symdyn.numeric.filtering.driving import per_unit
 from symdyn.numeric.filtering.gears import usual_speeds
 from symdyn.numeric.filtering.hypotheses import augmented, delays, free_parameters, hypotheses
 from symdyn.numeric.filtering.places import Latent, is_push, latents
 from symdyn.numeric.filtering.signals import Signals, seen_by, signals
 from symdyn.numeric.filtering.twists import with_twists
+from symdyn.numeric.filtering.windows import white
 from symdyn.numeric.gearing import joint_of
 from symdyn.numeric.known import known_names
 from symdyn.numeric.recording import Recording
@@ -127,7 +128,8 @@ def holding(model: Model, held: Set[str]) -> Model:
 def without_latent(model: Model, signals: Signals) -> Noise:
     """Noise of sensors, inputs and of the equations of the joints (what their steps leave out), at a first guess."""
     r = np.maximum(signals.floor, (FIRST_NOISE * np.nanstd(signals.y, axis=0)) ** 2 + 1e-30)
-    directions, power, most, driven = [], [], [], set()
+    directions, power, most, decay, shown, driven = [], [], [], [], [], set()
+    step = float(np.nanmedian(signals.steps))
     for name, values in zip(model.kernel.inputs, signals.u.T, strict=True):
         joint = joint_of(model.robot, name)
         circuit = joint.drive.motor if joint.drive else None
@@ -141,6 +143,9 @@ def without_latent(model: Model, signals: Signals) -> Noise:
             directions.append(found * per_unit(model.kernel, name, size, found))
             power.append(size**2)
             most.append(math.inf)
+            decay.append(WHITE / step)
+            at_most = min(float(white(values[:, None], signals.steps)[0]), float(np.var(values)))
+            shown.append(max(size**2, at_most))
             driven.add(at)
     for joint in model.robot.joints:
         found = next((x.direction for x in model.latents if x.place == joint.name), None)
@@ -148,10 +153,19 @@ def without_latent(model: Model, signals: Signals) -> Noise:
             directions.append(found)
             power.append(FIRST_FORCE * natural_force(model, signals, found) ** 2)
             most.append(power[-1])
-    decay = np.full(len(power), FASTEST / float(np.nanmedian(signals.steps)))
+            decay.append(FASTEST / step)
+            shown.append(power[-1])
     columns = np.array(directions).T if directions else np.zeros((len(model.kernel.parameters), 0))
     first = np.array(power)
-    return Noise(r, np.ascontiguousarray(columns), decay, first, np.array(most), first)
+    return Noise(r, np.ascontiguousarray(columns), np.array(decay), first, np.array(most), first, np.array(shown))
+
+
+def joined(quiet: Noise, unknown: Noise) -> Noise:
+    """Noise of sensors and inputs, and beside it the unknown forces of another."""
+    k = unknown.inputs
+    pairs = ((getattr(quiet, x)[:k], getattr(unknown, x)[k:]) for x in ("power", "decay", "most"))
+    power, decay, most = (np.concatenate(pair) for pair in pairs)
+    return replace(unknown, r=quiet.r, power=power, decay=decay, most=most)
 
 
 def natural_force(model: Model, signals: Signals, direction: Array) -> float:

@@ -70,9 +70,10 @@ def _limits(bench: FilterBench) -> tuple[Array, Array]:
     noise, step = bench.noise, float(np.nanmedian(bench.signals.steps))
     forces = len(noise.power)
     longest, shortest = 1.0 / (step * len(bench.signals.y)), FASTEST / step
-    slowest = np.where(np.arange(forces) < noise.inputs, shortest, longest)
+    of_inputs = np.arange(forces) < noise.inputs  # their noise is as quick as it is
+    slowest, fastest = (np.where(of_inputs, noise.decay, limit) for limit in (longest, shortest))
     lower = np.concatenate([np.maximum(bench.signals.floor, 1e-300), np.full(forces, 1e-300), slowest])
-    upper = np.concatenate([np.full(len(noise.r), np.inf), noise.most, np.full(forces, shortest)])
+    upper = np.concatenate([np.full(len(noise.r), np.inf), noise.most, fastest])
     return np.log(lower), np.log(upper)
 
 

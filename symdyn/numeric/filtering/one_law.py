@@ -27,9 +27,11 @@ from symdyn.numeric.filtering.judged import (
     likelihood_p_value,
     price,
 )
+from symdyn.numeric.filtering.late import absorbing, put_back
 from symdyn.numeric.filtering.likelihood import MLFit, fit
-from symdyn.numeric.filtering.model import Model, candidate_beliefs
+from symdyn.numeric.filtering.model import Model, candidate_beliefs, joined, without_latent
 from symdyn.numeric.filtering.score import Left, Score, scores
+from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.filtering.telling import finding
 from symdyn.numeric.findings import Finding
 from symdyn.numeric.gearing import joint_name
@@ -79,7 +81,11 @@ def _instead(model: Model, current: Explanation, pair: Pair, progress: Progress)
     def begin(score: Score) -> MLFit:
         start = shaped(bench, p, score.candidate, score.shape)
         own = dict(beliefs) | candidate_beliefs(score.candidate, score.shape)
-        return fit(bench, begun(bench, start, score.candidate, score.estimate), own)
+        starts = [(bench, begun(bench, start, score.candidate, score.estimate))]
+        if absorbing(rest):  # the pair may have bent more than itself
+            first = bench.with_noise(joined(without_latent(model, model.training), bench.noise))
+            starts.append((first, begun(first, put_back(rest, start), score.candidate, score.estimate)))
+        return min(side_by_side(lambda each: fit(*each, own), starts), key=lambda each: each.loss)
 
     tried = fitted(model, rest, promising, progress, begin)
     good = [s for s in tried if certain(model, s.after, s.score.candidate) and _as_good(model, current, pair, s)]

@@ -73,10 +73,15 @@ def white_noise(signals: Signals) -> Array:
 
     Never below that of the channel's own steps.
     """
-    whole = np.lib.stride_tricks.sliding_window_view(np.isfinite(signals.steps[:-1]), 3).all(axis=1)
-    jerks = np.diff(signals.y, n=3, axis=0)[whole]
-    power = np.nanmean(jerks**2, axis=0) / 20.0 if len(jerks) else np.full(signals.y.shape[1], np.inf)
-    return np.maximum(np.where(np.isfinite(power), power, np.inf), signals.floor)
+    return np.maximum(white(signals.y, signals.steps), signals.floor)
+
+
+def white(values: Array, steps: Array) -> Array:
+    """(m,) the same of values (N, m), of which each comes ``steps`` (N,) before the next; inf where nothing tells."""
+    whole = np.lib.stride_tricks.sliding_window_view(np.isfinite(steps[:-1]), 3).all(axis=1)
+    jerks = np.diff(values, n=3, axis=0)[whole]
+    power = np.nanmean(jerks**2, axis=0) / 20.0 if len(jerks) else np.full(values.shape[1], np.inf)
+    return np.where(np.isfinite(power), power, np.inf)
 
 
 def beyond(error: float, noise: float) -> float:

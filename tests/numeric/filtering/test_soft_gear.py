@@ -98,3 +98,15 @@ def test_noise_of_an_input_comes_back_where_a_fit_begins_without_any() -> None:
     gone = bench.with_noise(replace(first.bench.noise, power=1e-9 * first.bench.noise.power))
     assert gone.filtered(first.p).loss > first.loss + 100.0
     assert fit(gone, first.p, {}).loss < first.loss + 1.0
+
+
+def test_noise_of_an_input_that_a_sensor_took_over_comes_back() -> None:
+    """The gear swings to it; while something was missing, all of that was noise of the encoder."""
+    model = prepare(ARM, run(1), run(2), only=("constant force offset at arm",))
+    torque = model.training.u
+    noisy = torque + 0.01 * np.std(torque) * np.random.default_rng(3).standard_normal(torque.shape)
+    bench = model.bench(replace(model.training, u=noisy), without_latent(model, model.training), held=True)
+    first = fit(bench, model.values, model.beliefs)
+    noise = first.bench.noise
+    taken_over = bench.with_noise(replace(noise, r=1e6 * noise.r, power=1e-9 * noise.power))
+    assert fit(taken_over, first.p, model.beliefs).loss < first.loss + 1.0
