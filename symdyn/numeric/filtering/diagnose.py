@@ -23,6 +23,7 @@ from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, carried, holding, prepare, without_latent
 from symdyn.numeric.filtering.one_law import in_one_law
 from symdyn.numeric.filtering.propose import as_fitted, of_structure, promises_most, restructured, stiffened
+from symdyn.numeric.filtering.reach import with_reach
 from symdyn.numeric.filtering.refused import both, reconsidered
 from symdyn.numeric.filtering.remembering import Laws, laws_with_memory, suffice
 from symdyn.numeric.filtering.signals import stretch
@@ -215,7 +216,7 @@ def _reexamined(
         if without.fit.loss - current.fit.loss < NEEDED or not earns(model, without, current, candidate):
             alarms.append(f"{candidate.label} was taken out again: the others explain as much without it")
             current = without
-    current = replace(current, fit=with_discretisation(current.fit))
+    current = replace(current, fit=with_reach(with_discretisation(current.fit), _told(model, current)))
     kept = {(c.effect, c.place.address): c for c, _ in current.found}
     return current, [
         as_fitted(model, current, f)
@@ -224,3 +225,10 @@ def _reexamined(
         for f in findings
         if (f.effect, f.place) in kept or of_structure(model, f)
     ]
+
+
+def _told(model: Model, current: Explanation) -> list[str]:
+    """Parameters of effects that were found, and of parts that the machine got."""
+    of_effects = [c.parameter(schema) for c, _ in current.found for schema in (*c.linear, *c.shapes)]
+    of_parts = [name for new in model.freed for name in (new.stiffness, new.damping)]
+    return [*of_effects, *of_parts, *(sensor.name for sensor in model.lagging)]

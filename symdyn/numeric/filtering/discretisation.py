@@ -27,4 +27,4 @@ def with_discretisation(coarse: MLFit) -> MLFit:
     for _ in range(STEPS):
         at = parameter_step(finer, at, beliefs)
     change = (at.p - coarse.p)[[index[name] for name in coarse.names]]
-    return replace(coarse, discretisation=REST * change) if np.all(np.isfinite(change)) else coarse
+    return replace(coarse, discretisation=REST * change, finer=finer) if np.all(np.isfinite(change)) else coarse

@@ -13,6 +13,7 @@ from symdyn.numeric.filtering.judged import ABOUT, Explanation, explained
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.locate import certainly_apart
 from symdyn.numeric.filtering.model import Model, candidate_beliefs
+from symdyn.numeric.filtering.reach import with_reach
 from symdyn.numeric.filtering.stiff import rigid_with
 from symdyn.numeric.findings import Estimate, Finding
 from symdyn.numeric.geared_values import geared
@@ -58,7 +59,8 @@ def _fitted(
     after = explained(model, found, beliefs, fit(of.fit.bench, p, beliefs))
     if certainly_apart(after.score, of.score) or after.heldout > (1.0 + ABOUT) * of.heldout:
         return None
-    return parameters(model, replace(after, fit=with_discretisation(after.fit)), there)
+    told = [there.parameter(schema) for schema in (*there.linear, *there.shapes)]
+    return parameters(model, replace(after, fit=with_reach(with_discretisation(after.fit), told)), there)
 
 
 def _is(candidate: Candidate, effect: str, place: str) -> bool:
