@@ -214,6 +214,23 @@ class NextExperiment:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class MissingForce:
+    """What acts at a place beyond the model, as a filter estimates it on held-out data, each (K,).
+
+    No law was fitted to it. ``x`` is the displacement that it works along (``what``: a position, or a shaft's twist),
+    ``v`` its rate.
+    """
+
+    place: str
+    what: str
+    x: Array
+    v: Array
+    before: Array  # beyond the model as given
+    after: Array  # beyond the diagnosed model
+    units: tuple[str, str]  # of displacement, and force
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Traces:
     """For plots, on held-out data in the analysis band, each (K, n)."""
 
@@ -226,6 +243,7 @@ class Traces:
     joints: tuple[str, ...]
     effort_units: tuple[str, ...]
     noise: Array | None = None  # (n,) amplitude density of the sensors' noise per root hertz, where it is known
+    missing: tuple[MissingForce, ...] = ()  # where a filter followed the machine
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -56,8 +56,9 @@ def with_rivals(inquiry: Inquiry, finding: Finding, open_: Sequence[Revision], p
             else:
                 group.append(other.place.address)
     bare = replace(inquiry, current=rest)
-    for revised in tried_revisions(bare, search, open_, [own], progress):
-        if revised.matches > TIE and revised.revision.key[1] in (finding.place, "base"):
+    near = [revision for revision in open_ if revision.key[1] in (finding.place, "base")]
+    for revised in tried_revisions(bare, search, near, [own], progress):
+        if revised.matches > TIE:
             p_value = _as_good(bare, current, revised)
             if p_value > TIE:
                 rivals.append(Rival(*revised.revision.key, p_value))

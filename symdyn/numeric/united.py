@@ -93,7 +93,11 @@ def _in_whole(part: Part, one: Diagnosis) -> Diagnosis:
             variable=left.variable and part.named(left.variable),
         ),
         alarms=tuple(map(part.named, one.alarms)),
-        traces=replace(one.traces, joints=tuple(map(part.named, one.traces.joints))),
+        traces=replace(
+            one.traces,
+            joints=tuple(map(part.named, one.traces.joints)),
+            missing=tuple(replace(force, place=part.named(force.place)) for force in one.traces.missing),
+        ),
         located=tuple(
             replace(at, place=part.named(at.place), group=_once(map(part.named, at.group))) for at in one.located
         ),
@@ -135,6 +139,7 @@ def _side_by_side(traces: Sequence[Traces]) -> Traces:
         tuple(joint for each in traces for joint in each.joints),
         tuple(unit for each in traces for unit in each.effort_units),
         np.concatenate(known) if len(known) == len(traces) else None,
+        tuple(force for each in traces for force in each.missing),
     )  # fmt: skip
 
 

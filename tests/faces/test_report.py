@@ -25,7 +25,7 @@ from symdyn.faces.report.sections import (
 )
 from symdyn.faces.report.series import binned_mean, runs, thinned, worst_window
 from symdyn.faces.report.specification import marked_specification
-from symdyn.numeric.findings import Estimate, NextExperiment, Rival, Verdict
+from symdyn.numeric.findings import Estimate, MissingForce, NextExperiment, Rival, Verdict
 
 from .fake_diagnosis import COULOMB, RIPPLE, diagnosis, two_link, with_findings, without_findings
 
@@ -238,6 +238,18 @@ def test_a_recording_of_nothing_is_drawn() -> None:
     still = np.zeros_like(fine.traces.effort)
     traces = replace(fine.traces, q=still, qd=still, effort=still, before=still, after=still)
     assert outline(plots(replace(fine, traces=traces))).tags.count("svg") == 5
+
+
+def test_the_force_that_is_missing_is_drawn_at_its_places() -> None:
+    """Over displacement and speed; only where a filter told it."""
+    fine, x = diagnosis(), np.linspace(-1.0, 1.0, 200)
+    force = MissingForce("arm.gear", "twist", x, np.cos(9.0 * x), x**3, 0.01 * np.cos(40.0 * x), ("rad", "N m"))
+    traces = replace(fine.traces, missing=(force, replace(force, place="arm.motor", what="position")))
+    shown = plots(replace(fine, traces=traces))
+    assert outline(shown).tags.count("svg") == 6
+    assert "Missing force" in shown
+    assert "Missing force" not in plots(fine)
+    assert all(place in shown for place in ("arm.gear", "arm.motor"))
 
 
 def test_plots_stay_small_for_long_recordings() -> None:

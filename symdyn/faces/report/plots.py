@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from symdyn.faces.report.series import amplitude_density, binned_mean, longest_run, thinned, worst_window
 from symdyn.faces.report.svg import AFTER, BEFORE, INK, QUIET, inline_svg, page_style
-from symdyn.numeric.findings import Diagnosis, Traces
+from symdyn.numeric.findings import Diagnosis, MissingForce, Traces
 from symdyn.spec.records import JointKind, Robot
 
 Array = NDArray[np.float64]
@@ -44,6 +44,7 @@ def plots(diagnosis: Diagnosis) -> Markup:
             [
                 _over_time(traces),
                 _residual_over_time(traces),
+                _missing(traces.missing),
                 _scatter(traces, "speed", traces.qd, [f"{unit}/s" for unit in units]),
                 _scatter(traces, "position", traces.q, units),
                 _spectrum(traces, diagnosis.band),
@@ -82,6 +83,30 @@ def _residual_over_time(traces: Traces) -> Markup:
     axes[-1][0].set_xlabel("time, s", parse_math=False)
     caption = "Measured less predicted, over the same time."
     return _figure(figure, "residual", "Residual over time", caption, KEY)
+
+
+def _missing(forces: Sequence[MissingForce]) -> Markup:
+    """Over its displacement and its speed, at every place; nothing where no filter told it."""
+    if not forces:
+        return Markup("")
+    figure, axes = _grid(len(forces), 2, sharey="row")
+    for force, row in zip(forces, axes, strict=True):
+        shown = thinned(len(force.x), max(100, POINTS // (4 * len(forces))))
+        bins = min(BINS, max(1, len(force.x) // SAMPLES_PER_BIN))
+        unit = force.units[0]
+        over = ((force.x, force.what, unit), (force.v, "speed", f"{unit}/s"))
+        for ax, (x, what, of) in zip(row, over, strict=True):
+            for values, colour in ((force.before, BEFORE), (force.after, AFTER)):
+                _points(ax, x[shown], values[shown], colour)
+                ax.plot(*binned_mean(x, values, bins), color=colour, linewidth=1.8)
+            ax.set_title(force.place, parse_math=False)
+            ax.set_xlabel(f"{what}, {_unit(of)}", parse_math=False)
+        row[0].set_ylabel(f"missing force, {_unit(force.units[1])}", parse_math=False)
+    caption = (
+        "What acts there beyond the model as given, and beyond the diagnosed one, as a filter estimates it that was "
+        "told no law of it; means as lines."
+    )
+    return _figure(figure, "missing", "Missing force", caption, KEY)
 
 
 def _scatter(traces: Traces, what: str, x: Array, units: Sequence[str]) -> Markup:

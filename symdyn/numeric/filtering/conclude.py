@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from symdyn.numeric.filtering.judged import WORTH, Explanation
 from symdyn.numeric.filtering.law import left_to_follow, refuted
 from symdyn.numeric.filtering.likelihood import ITERATIONS, MLFit, fit
 from symdyn.numeric.filtering.locate import Place, together
+from symdyn.numeric.filtering.missing_force import missing_forces
 from symdyn.numeric.filtering.model import PRIOR, Freed, Model
 from symdyn.numeric.filtering.when import when
 from symdyn.numeric.filtering.windows import SHARE, beyond, noise_alone, overall
@@ -77,7 +79,7 @@ def conclude(
         band=0.5 / float(np.nanmedian(model.training.steps)),
         training=names[0],
         heldout=names[1],
-        traces=_traces(model, given, final),
+        traces=replace(_traces(model, given, final), missing=missing_forces(as_given, model, final, places, findings)),
         located=_located(as_given, given, places, findings) if mismatch else (),
         noise_floor=floor,
         judged="motion of the channels in free runs",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from symdyn.base.errors import UsageError
@@ -25,6 +26,7 @@ def test_nothing_missing_is_complete(robot: Robot, tmp_path: Path) -> None:
     assert found.verdict is Verdict.COMPLETE
     assert not found.findings
     assert not found.located
+    assert not found.traces.missing
     assert found.noise_floor is not None
     assert found.after.heldout < 1.1 * found.noise_floor.errors.heldout
     assert found.model["R"].value == pytest.approx(1.6, rel=0.01)  # the model said 1.8
@@ -49,6 +51,10 @@ def test_coulomb_friction_is_named_placed_and_written_down(robot: Robot, tmp_pat
     assert found.located[0].when[0] in ("sign of speed", "reversal")
     assert found.after.heldout < 0.5 * found.before.heldout
     assert 'type = "coulomb_friction"' in found.diagnosed.text
+    (force,) = found.traces.missing
+    assert force.place == finding.place
+    assert np.corrcoef(force.before, np.sign(force.v))[0, 1] < -0.9
+    assert np.std(force.after) < 0.2 * np.std(force.before)
 
 
 @pytest.mark.slow
