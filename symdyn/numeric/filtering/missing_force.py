@@ -34,7 +34,7 @@ def missing_forces(
         same = next((each for each in model.latents if each.place == address), None)
         if place is not None and same is not None and len(found) < MOST:
             found.append(_at(as_given, place, model, same, final.fit))
-    return tuple(found)
+    return tuple(force for force in found if np.all(np.isfinite([force.before, force.after])))  # none lost its way
 
 
 def _at(as_given: Model, place: Place, model: Model, same: Latent, final: MLFit) -> MissingForce:
