@@ -215,7 +215,7 @@ class NextExperiment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MissingForce:
-    """What acts at a place beyond the model, as a filter estimates it on held-out data, each (K,).
+    """What resists at a place beyond the model, as a filter estimates it on held-out data, each (K,).
 
     No law was fitted to it. ``x`` is the displacement that it works along (``what``: a position, or a shaft's twist),
     ``v`` its rate.

@@ -103,7 +103,7 @@ def _missing(forces: Sequence[MissingForce]) -> Markup:
             ax.set_xlabel(f"{what}, {_unit(of)}", parse_math=False)
         row[0].set_ylabel(f"missing force, {_unit(force.units[1])}", parse_math=False)
     caption = (
-        "What acts there beyond the model as given, and beyond the diagnosed one, as a filter estimates it that was "
+        "What resists there beyond the model as given, and beyond the diagnosed one, as a filter estimates it that was "
         "told no law of it; means as lines."
     )
     return _figure(figure, "missing", "Missing force", caption, KEY)
