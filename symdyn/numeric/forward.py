@@ -100,12 +100,12 @@ def first_that_earns(
     inquiry: Inquiry, earning: Sequence[Trial], base: Explanation | None = None
 ) -> tuple[tuple[Trial, Explanation] | None, list[str]]:
     """The best candidate that held-out data confirm, fitted on top of ``base`` (or what stands), and the refusals."""
-    case, current, refusals, bare = inquiry.case, inquiry.current, [], base
-    base = current if base is None else base
+    case, current, refusals = inquiry.case, inquiry.current, []
+    below = current if base is None else base
     for trial in earning:
         label = trial.candidate.label
         try:
-            better = case.explain((*base.found, (trial.candidate, trial.shapes)), base)
+            better = case.explain((*below.found, (trial.candidate, trial.shapes)), below)
         except NumericalError:
             refusals.append(f"{label} could not be fitted: it does not settle")
             continue
@@ -115,7 +115,7 @@ def first_that_earns(
             refusals.append(f"{label} lowers the error, but its size cannot be told from zero")
         elif not case.apart(trial.candidate, better):
             refusals.append(f"{label} may be the one that was found, where its size is not the same everywhere")
-        elif case.confirms(trial.candidate, current, better, bare):
+        elif case.confirms(trial.candidate, current, better, base):
             return (trial, better), refusals
         else:
             refusals.append(f"{label} fits the training data better, but not the held-out data")

@@ -85,9 +85,7 @@ def simplified(inquiry: Inquiry, progress: Progress) -> Inquiry:
 def _earns(inquiry: Inquiry, simpler: Explanation, rest: Explanation) -> bool:
     """Whether the wider law explains more than the simpler one, also if the efforts were late against the motion.
 
-    ``rest`` has neither.
-
-    After every jump late efforts look like friction that remembers.
+    After every jump late efforts look like friction that remembers. ``rest`` has neither law.
     """
     case, wider = inquiry.case, inquiry.current
     late = effort_skew(case, simpler)

@@ -37,7 +37,7 @@ from symdyn.numeric.filtering.judged import (
 )
 from symdyn.numeric.filtering.late import absorbing, the_other_way
 from symdyn.numeric.filtering.likelihood import MLFit, fit
-from symdyn.numeric.filtering.model import Model, candidate_beliefs, joined, without_latent
+from symdyn.numeric.filtering.model import Model, as_it_begins, candidate_beliefs, joined
 from symdyn.numeric.filtering.score import Score, scores
 from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.filtering.stiff import that_show
@@ -185,8 +185,7 @@ def as_given(model: Model, current: Explanation) -> tuple[FilterBench, Array]:
     p, bench = current.fit.p.copy(), current.fit.bench
     for name in model.beliefs:
         p[bench.index[name]] = model.values[bench.index[name]]
-    first, now = without_latent(model, model.training), bench.noise
-    return bench.with_noise(joined(first, now)), p
+    return as_it_begins(model, bench), p
 
 
 def let_in(unknown: Noise, of: MLFit, beliefs: Beliefs) -> MLFit:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,6 +72,11 @@ def precision(beliefs: Beliefs) -> Array:
 def coordinates(p: Array, index: Mapping[str, int], beliefs: Beliefs) -> Array:
     """(k,) where parameters stand, as they are believed in."""
     return np.array([b.coordinate(p[index[name]]) for name, b in beliefs.items()])
+
+
+def per_coordinate(values: Array, beliefs: Iterable[Belief]) -> Array:
+    """(k,) how ``values`` (k,) change with their coordinates: by themselves, where those are logarithms."""
+    return np.array([value if b.positive else 1.0 for value, b in zip(values, beliefs, strict=True)])
 
 
 def _centres(beliefs: Beliefs) -> Array:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.beliefs import Beliefs, penalty, precision
+from symdyn.numeric.filtering.beliefs import Beliefs, penalty, per_coordinate, precision
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.noise_step import noise_step
 from symdyn.numeric.filtering.parameter_step import At, columns, parameter_step
@@ -168,7 +168,7 @@ def _covariance(bench: FilterBench, p: Array, beliefs: Beliefs) -> Array:
     slopes = np.einsum("kmq,km->kq", samples, done.white) / scale
     middle = long_run_covariance(slopes) * len(slopes) * np.outer(scale, scale)
     middle += believed
-    factor = np.array([p[i] if b.positive else 1.0 for i, b in zip(where, known, strict=True)])
+    factor = per_coordinate(p[where], known)
     robust = inverse @ middle @ inverse
     larger = np.sqrt(np.maximum(1.0, np.diag(inverse) / np.maximum(np.diag(robust), 1e-300)))
     return np.asarray(robust * np.outer(larger * factor, larger * factor))  # never below that of white innovations

@@ -128,8 +128,8 @@ def holding(model: Model, held: Set[str]) -> Model:
 def without_latent(model: Model, signals: Signals) -> Noise:
     """Noise of sensors, inputs and of the equations of the joints (what their steps leave out), at a first guess."""
     r = np.maximum(signals.floor, (FIRST_NOISE * np.nanstd(signals.y, axis=0)) ** 2 + 1e-30)
-    directions, power, most, decay, shown, driven = [], [], [], [], [], set()
-    step = float(np.nanmedian(signals.steps))
+    rows: list[tuple[Array, float, float, float, float]] = []  # direction, power, decay, most, shown
+    driven, step = set(), float(np.nanmedian(signals.steps))
     for name, values in zip(model.kernel.inputs, signals.u.T, strict=True):
         joint = joint_of(model.robot, name)
         circuit = joint.drive.motor if joint.drive else None
@@ -140,24 +140,23 @@ def without_latent(model: Model, signals: Signals) -> Noise:
         found = next((x.direction for x in model.latents if x.place == at), None)
         if found is not None and values.any():
             size = FIRST_INPUT * float(np.std(values))
-            directions.append(found * per_unit(model.kernel, name, size, found))
-            power.append(size**2)
-            most.append(math.inf)
-            decay.append(WHITE / step)
+            direction = found * per_unit(model.kernel, name, size, found)
             at_most = min(float(white(values[:, None], signals.steps)[0]), float(np.var(values)))
-            shown.append(max(size**2, at_most))
+            rows.append((direction, size**2, WHITE / step, math.inf, max(size**2, at_most)))
             driven.add(at)
     for joint in model.robot.joints:
         found = next((x.direction for x in model.latents if x.place == joint.name), None)
         if found is not None and joint.name not in driven:
-            directions.append(found)
-            power.append(FIRST_FORCE * natural_force(model, signals, found) ** 2)
-            most.append(power[-1])
-            decay.append(FASTEST / step)
-            shown.append(power[-1])
-    columns = np.array(directions).T if directions else np.zeros((len(model.kernel.parameters), 0))
-    first = np.array(power)
-    return Noise(r, np.ascontiguousarray(columns), np.array(decay), first, np.array(most), first, np.array(shown))
+            size = FIRST_FORCE * natural_force(model, signals, found) ** 2
+            rows.append((found, size, FASTEST / step, size, size))
+    columns = np.array([row[0] for row in rows]).reshape(len(rows), len(model.kernel.parameters)).T
+    power, decay, most, shown = (np.array([row[i] for row in rows]) for i in range(1, 5))
+    return Noise(r, np.ascontiguousarray(columns), decay, power, most, power, shown)
+
+
+def as_it_begins(model: Model, bench: FilterBench) -> FilterBench:
+    """The filter with noise of sensors and inputs as fits begin with it, and the unknown forces that it has."""
+    return bench.with_noise(joined(without_latent(model, model.training), bench.noise))
 
 
 def joined(quiet: Noise, unknown: Noise) -> Noise:

@@ -29,7 +29,7 @@ from symdyn.numeric.filtering.judged import (
 )
 from symdyn.numeric.filtering.late import absorbing, put_back
 from symdyn.numeric.filtering.likelihood import MLFit, fit
-from symdyn.numeric.filtering.model import Model, candidate_beliefs, joined, without_latent
+from symdyn.numeric.filtering.model import Model, as_it_begins, candidate_beliefs
 from symdyn.numeric.filtering.score import Left, Score, scores
 from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.filtering.telling import finding
@@ -83,7 +83,7 @@ def _instead(model: Model, current: Explanation, pair: Pair, progress: Progress)
         own = dict(beliefs) | candidate_beliefs(score.candidate, score.shape)
         starts = [(bench, begun(bench, start, score.candidate, score.estimate))]
         if absorbing(rest):  # the pair may have bent more than itself
-            first = bench.with_noise(joined(without_latent(model, model.training), bench.noise))
+            first = as_it_begins(model, bench)
             starts.append((first, begun(first, put_back(rest, start), score.candidate, score.estimate)))
         return min(side_by_side(lambda each: fit(*each, own), starts), key=lambda each: each.loss)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symdyn.numeric.decomposition import least_squares
-from symdyn.numeric.filtering.beliefs import Belief, Beliefs, coordinates, penalty, precision, pull
+from symdyn.numeric.filtering.beliefs import Belief, Beliefs, coordinates, penalty, per_coordinate, precision, pull
 from symdyn.numeric.filtering.bench import TOO_LITTLE, FilterBench, Pass
 
 Array = NDArray[np.float64]
@@ -87,7 +87,7 @@ def _moved(known: Belief, coordinate: float, step: float) -> float:
 
 def columns(done: Pass, p: Array, where: Sequence[int], known: Sequence[Belief]) -> Array:
     """(N m, k) what each coordinate takes off the whitened innovations."""
-    factor = np.array([p[i] if b.positive else 1.0 for i, b in zip(where, known, strict=True)])
+    factor = per_coordinate(p[list(where)], known)
     found: Array = -done.slopes / np.sqrt(done.variances)[:, :, None] * factor
     return found.reshape(-1, len(where))
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.filtering.beliefs import coordinates, penalty
+from symdyn.numeric.filtering.beliefs import coordinates, penalty, per_coordinate
 from symdyn.numeric.filtering.likelihood import MLFit
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ def with_reach(fit: MLFit, names: Collection[str]) -> MLFit:
         return fit
     known, where = tuple(fit.beliefs.values()), [bench.index[name] for name in fit.beliefs]
     here = coordinates(fit.p, bench.index, fit.beliefs)
-    factor = np.array([fit.p[i] if b.positive else 1.0 for i, b in zip(where, known, strict=True)])
+    factor = per_coordinate(fit.p[where], known)
 
     def rise(way: Array) -> float:
         p = fit.p.copy()

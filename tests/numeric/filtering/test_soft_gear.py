@@ -10,7 +10,7 @@ import pytest
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.filtering.graduated import graduated
-from symdyn.numeric.filtering.likelihood import fit
+from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import prepare, without_latent
 from symdyn.numeric.findings import Verdict
 
@@ -89,24 +89,25 @@ def test_a_law_of_no_catalogue_is_not_told_as_two_that_it_resembles() -> None:
     assert any("does not hold: what is left follows the speed" in alarm for alarm in told.alarms)
 
 
-def test_noise_of_an_input_comes_back_where_a_fit_begins_without_any() -> None:
+def fitted_to_noisy_torque() -> MLFit:
     model = prepare(ARM, run(1), run(2), only=("constant force offset at arm",))
     torque = model.training.u
     noisy = torque + 0.01 * np.std(torque) * np.random.default_rng(3).standard_normal(torque.shape)
     bench = model.bench(replace(model.training, u=noisy), without_latent(model, model.training), held=True)
-    first = fit(bench, model.values, model.beliefs)
-    gone = bench.with_noise(replace(first.bench.noise, power=1e-9 * first.bench.noise.power))
+    return fit(bench, model.values, model.beliefs)
+
+
+def test_noise_of_an_input_comes_back_where_a_fit_begins_without_any() -> None:
+    first = fitted_to_noisy_torque()
+    bench, noise = first.bench, first.bench.noise
+    gone = bench.with_noise(replace(noise, power=1e-9 * noise.power))
     assert gone.filtered(first.p).loss > first.loss + 100.0
     assert fit(gone, first.p, {}).loss < first.loss + 1.0
 
 
 def test_noise_of_an_input_that_a_sensor_took_over_comes_back() -> None:
     """The gear swings to it; while something was missing, all of that was noise of the encoder."""
-    model = prepare(ARM, run(1), run(2), only=("constant force offset at arm",))
-    torque = model.training.u
-    noisy = torque + 0.01 * np.std(torque) * np.random.default_rng(3).standard_normal(torque.shape)
-    bench = model.bench(replace(model.training, u=noisy), without_latent(model, model.training), held=True)
-    first = fit(bench, model.values, model.beliefs)
-    noise = first.bench.noise
+    first = fitted_to_noisy_torque()
+    bench, noise = first.bench, first.bench.noise
     taken_over = bench.with_noise(replace(noise, r=1e6 * noise.r, power=1e-9 * noise.power))
-    assert fit(taken_over, first.p, model.beliefs).loss < first.loss + 1.0
+    assert fit(taken_over, first.p, first.beliefs).loss < first.loss + 1.0
