@@ -16,6 +16,14 @@ settings.register_profile("repeatable", _BUSY, derandomize=True, database=None)
 settings.register_profile("random", _BUSY)
 settings.load_profile("repeatable")
 
+# Each worker begins with a part of its own, and Numba takes a minute for the event-exact integrator: tests that need it
+# in the parts of two workers compile it twice, unless the first of them come first.
+_FIRST = "tests/numeric/hybrid/"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: not item.nodeid.startswith(_FIRST))
+
 
 @pytest.fixture(scope="session", autouse=True)
 def kernel_cache(pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:

@@ -175,6 +175,25 @@ def afresh(
     return that_earns(model, current, tried, alarms), tried
 
 
+def two_afresh(
+    model: Model, current: Explanation, tried: Sequence[Step], progress: Progress
+) -> tuple[Step, Step] | None:
+    """Two effects that explain more on top of the model as given than an unknown force does, where neither alone does.
+
+    A force does the work of both: beside an amplifier's offset, say, that of its dead zone. ``tried`` are those that
+    were fitted there (``afresh``), the likeliest of which gets another one beside it.
+    """
+    first = min(tried, key=lambda s: s.after.fit.loss, default=None)
+    if first is None:
+        return None
+    second, _ = afresh(model, first.after, [], progress)
+    if second is None:
+        return None
+    least = WORTH + price(model, first.score.candidate) + price(model, second.score.candidate)
+    gain = current.fit.loss - second.after.fit.loss
+    return (first, second) if gain > least and improves(current, second.after) else None
+
+
 def off(model: Model, current: Explanation, share: float = SHARE) -> bool:
     """Whether free runs, held out, are off by more than the noise of the sensors, and by anything to speak of."""
     return current.heldout > NEGLIGIBLE and beyond(current.heldout, floor(model, current)) > share

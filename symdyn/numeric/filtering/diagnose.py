@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from symdyn.numeric.candidates import held_parameters
-from symdyn.numeric.filtering.afresh import afresh, astray, relieved, unburdened
+from symdyn.numeric.filtering.afresh import afresh, astray, relieved, two_afresh, unburdened
 from symdyn.numeric.filtering.budget import ENOUGH, Budget, allowed, within
 from symdyn.numeric.filtering.conclude import conclude, parameters
 from symdyn.numeric.filtering.contact import loosened
@@ -139,6 +139,7 @@ def _searched(
                 continue
             best, more = afresh(model, current, alarms, progress)
             tried = (*tried, *more)
+            pair = None if best else two_afresh(model, current, more, progress)
         so_far = replace(pair[1], gain=current.fit.loss - pair[1].after.fit.loss) if pair else best
         change = restructured(model, current, so_far, laws, remembering, recordings, progress)
         if change is not None:

@@ -19,6 +19,7 @@ AGAIN = 1.0  # damping after a step that led nowhere
 LONGEST = 2.0  # step of a logarithm
 RELATIVE = 0.7  # of a value, up to which a step is one of its logarithm
 MODEST = 1e-6  # curvature that is added where there is none at all
+HUGE = 1e150  # slopes of a filter that runs away: their squares are no numbers
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +40,7 @@ def parameter_step(bench: FilterBench, at: At, beliefs: Beliefs) -> At:
     names, known = tuple(beliefs), tuple(beliefs.values())
     done = bench.filtered(at.p, names)
     raw = columns(done, at.p, [bench.index[name] for name in names], known)
-    if not np.all(np.isfinite(raw)):  # on the way to infinity: nothing is known of a better direction
+    if not np.max(np.abs(raw), initial=0.0) < HUGE:  # on the way to infinity: nothing is known of a better direction
         return at
     return _lower(bench, at, beliefs, raw, raw.T @ done.white.ravel()) or At(at.p, at.loss, AGAIN)
 
