@@ -57,7 +57,8 @@ def _fitted(
     beliefs = dict(others) | candidate_beliefs(there, shape)
     found = tuple((there, shape) if item is mine else item for item in of.found)
     after = explained(model, found, beliefs, fit(of.fit.bench, p, beliefs))
-    if certainly_apart(after.score, of.score) or after.heldout > (1.0 + ABOUT) * of.heldout:
+    worse = after.fit.loss > of.fit.loss and certainly_apart(after.score, of.score)
+    if worse or after.heldout > (1.0 + ABOUT) * of.heldout:
         return None
     told = [there.parameter(schema) for schema in (*there.linear, *there.shapes)]
     return parameters(model, replace(after, fit=with_reach(with_discretisation(after.fit), told)), there)

@@ -40,13 +40,16 @@ def noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, 
     s = np.array([(np.log(there.variances) - np.log(here.variances)).ravel() / PROBE for there in runs])
     d = np.array([((there.innovations - here.innovations) / np.sqrt(here.variances)).ravel() / PROBE for there in runs])
     fisher = 0.5 * s @ s.T + d @ d.T
+    if not np.all(np.isfinite(fisher)):  # of a filter that runs away
+        return bench, loss
     fisher += np.diag(1e-3 * np.diag(fisher) + 1e-3)
     gradient -= 0.5 * PROBE * np.diag(fisher)  # half the probe off: the quotient is that of the middle
     change = np.zeros(len(values))
     change[free] = _within(fisher, gradient, (lower - values)[free], (upper - values)[free])
     factor = 1.0
     while factor > 0.05:
-        moved, step = values + factor * change, factor * change[free]
+        moved = np.clip(values + factor * change, lower, upper)
+        step = (moved - values)[free]
         if -step @ (gradient + 0.5 * fisher @ step) < TOO_LITTLE:
             break
         trial = bench.with_noise(_noise(noise, moved, m))
