@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
-from scipy.optimize import lsq_linear
 
 from symdyn.numeric.filtering.bench import FASTEST, TOO_LITTLE, FilterBench, Noise, Pass
+from symdyn.numeric.filtering.bounded_step import bounded_step
 from symdyn.numeric.filtering.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
@@ -45,7 +44,8 @@ def noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, 
     fisher += np.diag(1e-3 * np.diag(fisher) + 1e-3)
     gradient -= 0.5 * PROBE * np.diag(fisher)  # half the probe off: the quotient is that of the middle
     change = np.zeros(len(values))
-    change[free] = _within(fisher, gradient, (lower - values)[free], (upper - values)[free])
+    least, most = np.clip(lower - values, -LONGEST, 0.0), np.clip(upper - values, 0.0, LONGEST)
+    change[free] = bounded_step(fisher, -gradient, least[free], most[free])
     factor = 1.0
     while factor > 0.05:
         moved = np.clip(values + factor * change, lower, upper)
@@ -58,17 +58,6 @@ def noise_step(bench: FilterBench, p: Array, loss: float) -> tuple[FilterBench, 
             return _farther(trial, p, change, lower, found)
         factor /= 3.0
     return bench, loss
-
-
-def _within(fisher: Array, gradient: Array, lower: Array, upper: Array) -> Array:
-    """The step down this parabola that stays within these limits and ``LONGEST``.
-
-    Not the free one cut off: its parts make up for each other, and what is left of them may lead uphill.
-    """
-    root = np.linalg.cholesky(fisher)
-    towards = -solve_triangular(root, gradient, lower=True)
-    limits = np.clip(lower, -LONGEST, 0.0), np.clip(upper, 0.0, LONGEST)
-    return np.asarray(lsq_linear(root.T, towards, limits, method="bvls").x)
 
 
 def _probed(bench: FilterBench, p: Array) -> tuple[Pass, Array, list[Pass]]:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.decomposition import least_squares
 from symdyn.numeric.filtering.beliefs import Belief, Beliefs, coordinates, penalty, per_coordinate, precision, pull
 from symdyn.numeric.filtering.bench import TOO_LITTLE, FilterBench, Pass
+from symdyn.numeric.filtering.bounded_step import bounded_step
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def _lower(bench: FilterBench, at: At, beliefs: Beliefs, columns: Array, slope: 
     growth = 10.0
     while damping < MOST_DAMPED:
         damped = normal + damping * np.diag(np.diag(normal) + MODEST)
-        step = _within(damped, slope, (lower - here) / scale, (upper - here) / scale)
+        step = bounded_step(damped, slope, (lower - here) / scale, (upper - here) / scale)
         if step @ (slope - 0.5 * (normal @ step)) < TOO_LITTLE:  # with more damping it promises even less
             return None
         trial = p.copy()
@@ -91,17 +91,3 @@ def columns(done: Pass, p: Array, where: Sequence[int], known: Sequence[Belief])
     factor = per_coordinate(p[list(where)], known)
     found: Array = -done.slopes / np.sqrt(done.variances)[:, :, None] * factor
     return found.reshape(-1, len(where))
-
-
-def _within(normal: Array, slope: Array, lower: Array, upper: Array) -> Array:
-    """The solution of the normal equations, what runs into a bound held there (one way in, none out)."""
-    step, free = np.zeros(len(slope)), np.ones(len(slope), dtype=bool)
-    for _ in range(len(slope)):
-        right = slope[free] - normal[np.ix_(free, ~free)] @ step[~free]
-        step[free] = least_squares(normal[np.ix_(free, free)], right, rcond=1e-14)
-        out = free & ((step < lower) | (step > upper))
-        if not out.any():
-            break
-        step = np.where(out, np.clip(step, lower, upper), step)
-        free &= ~out
-    return step
