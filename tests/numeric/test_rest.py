@@ -87,6 +87,7 @@ def test_dry_friction_that_sticks_at_every_reversal_is_told_as_it_is() -> None:
     assert np.all(off[1] < (0.003, 0.03, 0.002))
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_a_joint_stands_though_its_motion_is_taken_below_the_steps_of_its_encoder() -> None:
     """Smoothed so far it hardly seems to: dry friction came out 2 % too small, and viscous friction 30 % too large."""
     observed = setting().below("arm", 34.0).case(34.0).bench.observation

@@ -76,6 +76,7 @@ def acting_late(seed: int, samples: int, noise: float, missing: Torque) -> Recor
     return replace(shown, segments=(slice(0, count),))
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_efforts_that_act_late_are_told_though_that_is_little_of_what_is_left() -> None:
     """Gravity and viscous friction took up some of it: all is fitted anew."""
 

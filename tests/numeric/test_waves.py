@@ -26,6 +26,7 @@ def told(finding: Finding) -> tuple[float, float]:
     return values["order"], math.hypot(values["cosine"], values["sine"])
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_waves_of_two_orders_are_told_each_by_its_own() -> None:
     def missing(t: Array, q: Array, v: Array, a: Array) -> Array:
         return 0.3 * np.sign(v) - sum(size * np.sin(order * q + order) for order, size in WAVES.items())

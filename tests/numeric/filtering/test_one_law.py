@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from symdyn.numeric.filtering.explain import fitted
 from symdyn.numeric.filtering.judged import Explanation, explained
 from symdyn.numeric.filtering.likelihood import fit
@@ -40,6 +42,7 @@ def told_as_two(robot: Robot, folder: Path, **concealed: float) -> tuple[Model, 
     return model, current, findings
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_a_spring_and_an_unbalance_that_look_like_a_hardening_spring_are_one(robot: Robot, tmp_path: Path) -> None:
     model, current, findings = told_as_two(robot, tmp_path, hardening=HARDENING)
     after, (one,), merged = in_one_law(model, current, findings, quiet)
