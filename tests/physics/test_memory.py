@@ -19,11 +19,13 @@ Motion = Callable[[float], tuple[float, float]]  # time -> displacement, velocit
 LUGRE = {"stiffness": 40.0, "damping": 1.5, "level": 2.0, "excess": 1.0, "stribeck_velocity": 0.1}
 DAHL = {"stiffness": 40.0, "level": 2.0}
 BOUC_WEN = {"level": 2.0, "yield_displacement": 0.05, "shape": 0.8, "exponent": 3.0}
+HARDENING = {"stiffness": 40.0, "displacement": 0.1, "ratio": 4.0}
 WARM_UP = {"coefficient": 2.0, "temperature_scale": 10.0, "heat_capacity": 0.5, "thermal_resistance": 4.0}
 LAWS = {
     "lugre_friction": LUGRE,
     "dahl_friction": DAHL,
     "bouc_wen_hysteresis": BOUC_WEN,
+    "hardening_hysteresis": HARDENING,
     "warm_up_friction": WARM_UP,
 }
 
@@ -114,6 +116,31 @@ def test_bouc_wen_stays_within_its_level_and_comes_back_on_a_loop() -> None:
     np.testing.assert_allclose(force[2000:4000], force[4000:6000], atol=1e-6)
     work = float(np.sum(force[4000:6000] * np.array([row[1] for row in rows[4000:6000]]))) * 6 * math.pi / 6000
     assert -4 * 2.0 * 0.2 < work < -0.5 * 4 * 2.0 * 0.2
+
+
+def test_a_hardening_loop_goes_out_and_back_by_exponentials() -> None:
+    """Out: k D (exp(x / D) - 1); back from x_0: k D / r ((1 + r w_0) exp(-r (x_0 - x) / D) - 1)."""
+    k, d, r = HARDENING.values()
+    far, law = 0.15, Law("hardening_hysteresis", HARDENING)
+    rows = law.along(lambda t: (far - abs(t - far), 1.0 if t < far else -1.0), 2 * far)
+    most = math.expm1(far / d)
+    for i, (x, _, w, force) in enumerate(rows):
+        assert force == pytest.approx(-k * d * w)
+        back = ((1 + r * most) * math.exp(-r * (far - x) / d) - 1) / r
+        if i <= len(rows) // 2 or back > 0.0:
+            assert w == pytest.approx(math.expm1(x / d) if i <= len(rows) // 2 else back, abs=5e-3)
+
+
+def test_a_hardening_loop_is_bouc_and_wens_law_with_numbers_that_its_own_has_not() -> None:
+    """dz/dt = alpha v - beta |v| z - gamma v |z| with beta + gamma < 0, as it is written with a unit."""
+    k, d, r = HARDENING.values()
+    law = Law("hardening_hysteresis", HARDENING)
+    beta, gamma = (r - 1) / (2 * d), -(r + 1) / (2 * d)
+    assert beta + gamma == pytest.approx(-1 / d)
+    for v in (-0.7, 0.2):
+        for z in (-3.0, 0.5, 8.0):
+            rate = k * d * law.rate(v, z / (k * d))
+            assert rate == pytest.approx(k * v - beta * abs(v) * z - gamma * v * abs(z))
 
 
 def test_what_warms_up_settles_where_heat_flows_off_as_it_comes() -> None:

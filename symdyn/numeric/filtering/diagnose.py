@@ -22,7 +22,14 @@ from symdyn.numeric.filtering.locate import Place, alone, locate
 from symdyn.numeric.filtering.memory import lasting
 from symdyn.numeric.filtering.model import Model, carried, holding, prepare, without_latent
 from symdyn.numeric.filtering.one_law import in_one_law
-from symdyn.numeric.filtering.propose import as_fitted, of_structure, promises_most, restructured, stiffened
+from symdyn.numeric.filtering.propose import (
+    as_fitted,
+    of_structure,
+    or_beneath_a_force,
+    promises_most,
+    restructured,
+    stiffened,
+)
 from symdyn.numeric.filtering.reach import with_reach
 from symdyn.numeric.filtering.refused import both, reconsidered
 from symdyn.numeric.filtering.remembering import Laws, laws_with_memory, suffice
@@ -142,6 +149,8 @@ def _searched(
             pair = None if best else two_afresh(model, current, more, progress)
         so_far = replace(pair[1], gain=current.fit.loss - pair[1].after.fit.loss) if pair else best
         change = restructured(model, current, so_far, laws, remembering, recordings, progress)
+        if so_far is None and search:
+            change = or_beneath_a_force(change, model, current, recordings, progress)
         if change is not None:
             model, current, new = change.model, change.after, change.finding
             if astray(model, current):

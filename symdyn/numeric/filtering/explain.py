@@ -154,7 +154,7 @@ def step(
         best = that_earns(model, current, tried, alarms)
         if best is not None:
             return best, tried
-    if not (doubt and _covers(current)) or not allowed("effects that an unknown force does the work of"):
+    if not (doubt and covers(current)) or not allowed("effects that an unknown force does the work of"):
         return None, tried
     uncovered = _uncovered(current, [c for c in open_to_all if c not in asked], progress)
     tried = (*tried, *fitted(model, current, uncovered, progress))
@@ -178,7 +178,7 @@ def ready(model: Model, current: Explanation) -> list[Candidate]:
     ]
 
 
-def _covers(current: Explanation) -> bool:
+def covers(current: Explanation) -> bool:
     """Whether an unknown force does much of the work."""
     bench, p = current.fit.bench, current.fit.p
     return bench.with_noise(bench.noise.quiet).filtered(p).loss - bench.filtered(p).loss >= WORTH

@@ -26,7 +26,12 @@ Array = NDArray[np.float64]
 
 LATE_REFERENCE = "reference_delay"
 DELAYS = frozenset({"input_delay", LATE_REFERENCE})
-HYSTERESIS = {"dahl_friction": "stiffness", "bouc_wen_hysteresis": "level", "lugre_friction": "stiffness"}  # and size
+HYSTERESIS = {  # and size
+    "dahl_friction": "stiffness",
+    "bouc_wen_hysteresis": "level",
+    "lugre_friction": "stiffness",
+    "hardening_hysteresis": "stiffness",
+}
 WARMING = {"warm_up_friction": "coefficient"}
 MEMORIES = {**HYSTERESIS, **WARMING}
 MOST = 2.0  # of a whole number that makes it another law, which has a machine of its own
@@ -106,7 +111,7 @@ def memories(robot: Robot, address: str, laws: Mapping[str, str]) -> tuple[Candi
 
 def without_memory(laws: Iterable[str]) -> frozenset[str]:
     """Friction that laws with a memory contain, and take the place of."""
-    contained = {less for law in laws for less in catalogue()[law].generalises}
+    contained = {less for law in laws for less in catalogue()[law].generalises if catalogue()[less].dissipative}
     return frozenset(contained - set(MEMORIES))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.beliefs import untold
+from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.explain import remembered
 from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING, memories, without_memory
 from symdyn.numeric.filtering.judged import Explanation, Found, Step, explained, heldout_p_value, price
@@ -28,8 +29,10 @@ Start = tuple[float, ...]
 
 FEW = 5  # rounds of a fit from each start
 SLOWEST, SLOW = 0.02, 0.15  # of the usual top speed: where the Stribeck speed of a fit starts
+REACHED = 0.5  # of the travel: within so far a loop comes near its level, from one end of the motion to the other
 DAHL, ROUND = 1.0, 0.7  # shapes of a loop: with an exponent of 1 the former is Dahl's own
 SIMPLEST = "dahl_friction"  # of its kind: where it ends, the others begin
+LOOP, BEYOND = "bouc_wen_hysteresis", "hardening_hysteresis"  # where the level of the one is beyond reach, the other
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +48,7 @@ class _Beside:
     least: float  # nats beyond its price; what a rough fit finds worth less is given up
     recordings: tuple[Recording, Recording]
     progress: Progress
+    bare: FilterBench | None = None
 
     def compiled_with(self, law: Candidate) -> tuple[Model, Candidate]:
         self.progress(f"deriving and compiling {self.model.robot.name} with {law.label}")
@@ -54,7 +58,7 @@ class _Beside:
 
     def fitted(self, item: tuple[Model, Candidate], start: Start) -> tuple[Model, Step] | None:
         trial, law = item
-        done = _fitted(trial, self.current, self.kept, law, start, self.speed, self.least)
+        done = _fitted(trial, self.current, self.kept, law, start, self.speed, self.least, self.bare)
         if done is None:
             return None
         after = explained(trial, (*self.kept, (law, None)), done.beliefs, done)
@@ -70,13 +74,15 @@ def with_memory(
     least: float,
     recordings: tuple[Recording, Recording],
     progress: Progress,
+    bare: FilterBench | None = None,
 ) -> tuple[tuple[Model, Step], ...]:
     """Every law that remembers so at that place, fitted in full, best first (BIC).
 
     What a rough fit finds worth less than ``least``, in nats beyond its price, is given up; and so are all others with
-    the simplest of its kind, whose states tell what a memory is worth.
+    the simplest of its kind, whose states tell what a memory is worth. A fit begins with the noise of ``bare``, then,
+    in which no unknown force does the law's work.
     """
-    laws = memories(model.robot, loop.latent.place, loop.laws)
+    laws, beyond = _in_turn(memories(model.robot, loop.latent.place, loop.laws))
     if not laws:
         return ()
     contained = without_memory(loop.laws)
@@ -86,7 +92,7 @@ def with_memory(
         if not (item[0].effect in contained and item[0].place.address == loop.latent.place)
     )
     speed = _top_speed(current, loop.latent)
-    beside = _Beside(model, current, kept, loop.group, loop.gain, speed, least, recordings, progress)
+    beside = _Beside(model, current, kept, loop.group, loop.gain, speed, least, recordings, progress, bare)
     start: Start = (loop.level, *loop.shape)
     steps: list[tuple[Model, Step]] = []
     if laws[0].effect == SIMPLEST:
@@ -98,7 +104,8 @@ def with_memory(
             return ()
         steps.append(simplest)
         start = _where_it_ends(first, simplest[1].after.fit)
-    return _by_worth((*steps, *_side_by_side(beside, laws, start)))
+    steps += _side_by_side(beside, laws, start)
+    return _by_worth((*steps, *_beyond_reach(beside, loop.latent, steps, beyond)))
 
 
 def with_wider_law(
@@ -120,7 +127,9 @@ def with_wider_law(
     wider = {law: size for law, size in HYSTERESIS.items() if simplest.effect in catalogue()[law].generalises}
     kept = tuple(item for item in current.found if item[0] is not simplest)
     beside = _Beside(model, current, kept, (at,), 0.0, _top_speed(current, latent), least, recordings, progress)
-    return _by_worth(_side_by_side(beside, memories(model.robot, at, wider), _where_it_ends(simplest, current.fit)))
+    laws, beyond = _in_turn(memories(model.robot, at, wider))
+    steps = _side_by_side(beside, laws, _where_it_ends(simplest, current.fit))
+    return _by_worth((*steps, *_beyond_reach(beside, latent, steps, beyond)))
 
 
 def with_every_hypothesis(
@@ -142,6 +151,37 @@ def _side_by_side(beside: _Beside, laws: Iterable[Candidate], start: Start) -> l
     return [step for step in steps if step is not None]
 
 
+def _in_turn(laws: Sequence[Candidate]) -> tuple[list[Candidate], list[Candidate]]:
+    """Those to begin with, and those that one of them may lead to."""
+    return [law for law in laws if law.effect != BEYOND], [law for law in laws if law.effect == BEYOND]
+
+
+def _beyond_reach(
+    beside: _Beside, latent: Latent, steps: Sequence[tuple[Model, Step]], beyond: Sequence[Candidate]
+) -> list[tuple[Model, Step]]:
+    """Loops without a level, where the fit of one with a level put it where the motion hardly comes."""
+    ends = [end for _, step in steps if (end := _end(step.score.candidate, step.after.fit))]
+    level, distance, shape = max(ends, key=lambda end: end[1], default=(0.0, 0.0, 0.0))
+    travel = _travel(beside.current, latent)
+    if not ends or distance < REACHED * travel:
+        return []
+    # As stiff there, and as far apart on both ways; the level is on the other side of infinity.
+    return _side_by_side(beside, beyond, (level / distance, 0.5 * travel, 1.0 + shape * travel / distance))
+
+
+def _end(law: Candidate, of: MLFit) -> tuple[float, float, float] | None:
+    """Where a loop of exponent 1 ends: level, displacement, shape."""
+    if law.effect == SIMPLEST:
+        level, distance = _where_it_ends(law, of)
+        return level, distance, DAHL
+    if law.effect != LOOP or dict(law.counts)["exponent"] != 1.0:
+        return None
+    level, distance, shape = (
+        float(of.p[of.bench.index[_name(law, x)]]) for x in ("level", "yield_displacement", "shape")
+    )
+    return level, distance, shape
+
+
 def _by_worth(steps: Iterable[tuple[Model, Step]]) -> tuple[tuple[Model, Step], ...]:
     return tuple(sorted(steps, key=lambda item: item[1].after.fit.loss + price(item[0], item[1].score.candidate)))
 
@@ -160,6 +200,7 @@ def _fitted(
     start: tuple[float, ...],
     speed: float,
     least: float,
+    bare: FilterBench | None,
 ) -> MLFit | None:
     """None where the likeliest of a few rounds is worth less than ``least``."""
     p, bench = carried(trial, current.fit.p, current.fit.bench)
@@ -174,6 +215,8 @@ def _fitted(
         for name, value in values.items():
             own[bench.index[_name(law, name)]] = value
             beliefs[_name(law, name)] = untold(value)
+        if bare is not None:
+            own = fit(carried(trial, current.fit.p, bare)[1], own, beliefs, most=FEW).p
         fits.append((fit(bench, own, beliefs, most=FEW), beliefs))
     first, beliefs = min(fits, key=lambda item: item[0].loss)
     if current.fit.loss - first.loss - price(trial, law) < least:
@@ -186,10 +229,12 @@ def _starts(law: Candidate, start: tuple[float, ...], speed: float) -> list[dict
     if law.effect in WARMING:
         size, capacity, resistance = start
         return [{"coefficient": size, "heat_capacity": capacity * size, "thermal_resistance": resistance / size}]
+    if law.effect == BEYOND:
+        return [dict(zip(("stiffness", "displacement", "ratio"), start, strict=True))]
     level, distance = start
-    if law.effect == "dahl_friction":
+    if law.effect == SIMPLEST:
         return [{"stiffness": level / distance, "level": level}]
-    if law.effect == "bouc_wen_hysteresis":
+    if law.effect == LOOP:
         shapes = (DAHL,) if dict(law.counts)["exponent"] == 1.0 else (ROUND, DAHL)
         return [{"level": level, "yield_displacement": distance, "shape": shape} for shape in shapes]
     first = {"stiffness": level / distance, "damping": 0.1 * level / speed, "level": level, "excess": 0.3 * level}
@@ -204,3 +249,8 @@ def _top_speed(current: Explanation, latent: Latent) -> float:
     n = len(latent.motion)
     states = current.fit.bench.filtered(current.fit.p).states
     return max(float(np.quantile(np.abs(states[:, n : 2 * n] @ latent.motion), 0.95)), 1e-12)
+
+
+def _travel(current: Explanation, latent: Latent) -> float:
+    states = current.fit.bench.filtered(current.fit.p).states
+    return float(np.ptp(states[:, : len(latent.motion)] @ latent.motion))

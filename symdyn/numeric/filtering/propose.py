@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from symdyn.numeric.filtering.budget import allowed
 from symdyn.numeric.filtering.conclude import estimate, of_shaft
-from symdyn.numeric.filtering.explain import step
+from symdyn.numeric.filtering.explain import covers, step
 from symdyn.numeric.filtering.judged import (
     EARNS,
     LEVEL,
@@ -20,7 +20,7 @@ from symdyn.numeric.filtering.judged import (
     price_of,
 )
 from symdyn.numeric.filtering.lag import late_sensors, with_lag
-from symdyn.numeric.filtering.memory import Lasting
+from symdyn.numeric.filtering.memory import Lasting, lasting
 from symdyn.numeric.filtering.memory_fits import with_every_hypothesis
 from symdyn.numeric.filtering.model import Freed, Model
 from symdyn.numeric.filtering.remembering import (
@@ -96,6 +96,24 @@ def restructured(
     if freed is None and tried:
         return _with_law(model, current, tried, recordings, progress)
     return freed
+
+
+def or_beneath_a_force(
+    change: Change | None, model: Model, current: Explanation, recordings: Recordings, progress: Progress
+) -> Change | None:
+    """A law that remembers where an unknown force does its work, if that is likelier than the change that was found.
+
+    Beside the force no score promises such a law anything, and its fit stays where little of that work is its own.
+    """
+    if not covers(current) or (change is not None and nothing_left(change.model, change.after)):
+        return change
+    bench = current.fit.bench
+    bare = bench.with_noise(bench.noise.quiet)
+    found = lasting(model, replace(current, fit=replace(current.fit, bench=bare)))
+    tried = laws_with_memory(model, current, None, found, recordings, progress, bare)
+    if not tried or (change is not None and change.after.fit.loss <= tried[0][1].after.fit.loss):
+        return change
+    return _with_law(model, current, tried, recordings, progress)
 
 
 def _lagging(

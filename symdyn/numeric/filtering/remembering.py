@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.budget import allowed
 from symdyn.numeric.filtering.judged import (
     EARNS,
@@ -44,6 +45,7 @@ def laws_with_memory(
     found: Sequence[Lasting],
     recordings: Recordings,
     progress: Progress,
+    bare: FilterBench | None = None,
 ) -> Laws:
     """The laws that earn their place beside ``best``, at the most promising place where any does; or none."""
     places: dict[frozenset[str], list[Lasting]] = {}
@@ -55,7 +57,7 @@ def laws_with_memory(
             continue
         if not allowed(f"friction with memory at {each.latent.place}"):
             break
-        tried = with_memory(model, current, each, LIKELY * needed(model, best), recordings, progress)
+        tried = with_memory(model, current, each, LIKELY * needed(model, best), recordings, progress, bare)
         good = likelier(tried, current, best)
         if good:
             chosen = simplest(model, good[0][1], [step for _, step in good])

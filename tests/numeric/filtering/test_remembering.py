@@ -84,7 +84,7 @@ def test_others_are_compiled_only_where_the_simplest_law_is_worth_it(monkeypatch
     told: list[str] = []
     fitted: list[tuple[str, float]] = []
 
-    def rough(trial: Any, current: Any, kept: Any, law: Any, start: Any, speed: float, least: float) -> Any:
+    def rough(trial: Any, current: Any, kept: Any, law: Any, start: Any, speed: float, least: float, bare: Any) -> Any:
         """Dahl's loop brings 50 nats, and the others 60; all of them have their price."""
         fitted.append((law.effect, least))
         gain = 50.0 if law.effect == "dahl_friction" else 60.0
@@ -92,7 +92,9 @@ def test_others_are_compiled_only_where_the_simplest_law_is_worth_it(monkeypatch
         done = SimpleNamespace(loss=-gain, p=np.ones(len(names)), bench=SimpleNamespace(index=names), beliefs={})
         return done if gain - memory_fits.price(model, law) >= least else None
 
+    travel = [3.0]
     monkeypatch.setattr(memory_fits, "_top_speed", lambda *_: 1.0)
+    monkeypatch.setattr(memory_fits, "_travel", lambda *_: travel[0])
     monkeypatch.setattr(memory_fits, "prepare", lambda *_: model)
     monkeypatch.setattr(memory_fits, "_fitted", rough)
     monkeypatch.setattr(memory_fits, "explained", lambda own, found, beliefs, done: SimpleNamespace(fit=done))
@@ -112,6 +114,10 @@ def test_others_are_compiled_only_where_the_simplest_law_is_worth_it(monkeypatch
     assert set(laws(worth - 1.0)) >= {"dahl_friction", "bouc_wen_hysteresis"}
     assert {least for _, least in fitted} == {worth - 1.0}
     assert len(told) == 6
+    assert "hardening_hysteresis" not in [name for name, _ in fitted]
+    travel[0] = 0.5  # the loop of Bouc and Wen ends at a displacement of 1: it has no level that the motion shows
+    assert "hardening_hysteresis" in laws(worth - 1.0)
+    assert len(told) == 8
 
 
 @pytest.mark.parametrize(("gain", "first"), [(None, True), (90.0, True), (110.0, False)])

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from symdyn.numeric.diagnose import diagnose
-from symdyn.numeric.filtering.hypotheses import HYSTERESIS, memories
+from symdyn.numeric.filtering.hypotheses import HYSTERESIS, memories, without_memory
 from symdyn.spec.records import Robot
 from tests.numeric.filtering.drive import record
 
@@ -22,7 +22,12 @@ def test_a_whole_number_makes_another_law(robot: Robot) -> None:
         ("bouc_wen_hysteresis", 1.0),
         ("bouc_wen_hysteresis", 2.0),
         ("lugre_friction", None),
+        ("hardening_hysteresis", None),
     ]
+
+
+def test_friction_gives_way_to_a_loop_and_a_spring_does_not() -> None:
+    assert without_memory(HYSTERESIS) == {"coulomb_friction", "stribeck_friction"}
 
 
 @pytest.mark.slow  # whole diagnoses
