@@ -65,8 +65,8 @@ def relieved(model: Model, current: Explanation, progress: Progress) -> Explanat
     starts = [(quiet, p)]
     if far:
         clear, near = graduated(model, bench, p, beliefs)
-        other = clear.with_inputs(not bench.held)
-        starts += [(clear, near), (other, the_other_way(other, near))]
+        other = clear.with_inputs(bench.between.other)
+        starts += [(clear, near), (other, the_other_way(other, near, bench.between))]
 
     def without_force() -> MLFit:
         return let_in(current.fit.bench.noise, likeliest(starts, beliefs), beliefs)

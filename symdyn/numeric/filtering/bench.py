@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.balance import Balance, balance
+from symdyn.numeric.filtering.between import Between, matters, nodes
 from symdyn.numeric.filtering.budget import spend
 from symdyn.numeric.filtering.gears import BASELINE
 from symdyn.numeric.filtering.kalman import run
@@ -84,17 +85,17 @@ class FilterBench:
         kernel: Kernel,
         signals: Signals,
         noise: Noise,
-        held: bool = False,
+        between: Between = Between.STRAIGHT,
         substeps: int = 1,
         delays: Sequence[str] = (),
     ) -> None:
-        """``held``: an input keeps its value over a step; else it goes straight to its next sample.
+        """``between``: what an input does over a step.
 
         ``delays`` names parameters beyond the kernel's: by how much each input comes late, in s. ``settling`` in s is
         how long the states of parts that nobody measures are a guess.
         """
         self.kernel, self.signals, self.noise = kernel, signals, noise
-        self.held, self.substeps, self.delays = held, substeps, tuple(delays)
+        self.between, self.substeps, self.delays = between, substeps, tuple(delays)
         self.index = {name: i for i, name in enumerate((*kernel.parameters, *delays))}
         self._start, self._spread, slowest, self._balance = _start(kernel, signals)
         self.settling = max(BASELINE, SWINGS * 2.0 * np.pi / slowest) if slowest else BASELINE
@@ -113,15 +114,21 @@ class FilterBench:
         )
 
     def with_noise(self, noise: Noise) -> FilterBench:
-        return FilterBench(self.kernel, self.signals, noise, self.held, self.substeps, self.delays)
+        return FilterBench(self.kernel, self.signals, noise, self.between, self.substeps, self.delays)
 
-    def with_inputs(self, held: bool) -> FilterBench:
-        """The same filter, its inputs held between samples, or going straight."""
-        return FilterBench(self.kernel, self.signals, self.noise, held, self.substeps, self.delays)
+    def with_inputs(self, between: Between) -> FilterBench:
+        """The same filter, with inputs that do something else between samples."""
+        return FilterBench(self.kernel, self.signals, self.noise, between, self.substeps, self.delays)
+
+    @property
+    def ways(self) -> tuple[Between, ...]:
+        """What its inputs may do between samples."""
+        banded = matters(self.signals.u, self.signals.steps)
+        return tuple(way for way in Between if banded or way is not Between.BANDED)
 
     def in_steps(self, many: int) -> FilterBench:
         """The same filter, with so many steps in place of one."""
-        return FilterBench(self.kernel, self.signals, self.noise, self.held, many * self.substeps, self.delays)
+        return FilterBench(self.kernel, self.signals, self.noise, self.between, many * self.substeps, self.delays)
 
     def filtered(self, p: Array, names: Sequence[str] = (), weight: Array | None = None) -> Pass:
         """The filter at parameters ``p`` (np + delays,), differentiated by those named.
@@ -221,6 +228,8 @@ class FilterBench:
         own = np.ascontiguousarray(p[: len(self.kernel.parameters)])
         late = p[len(self.kernel.parameters) :]
         u, steps = self.signals.u.copy(), self.signals.steps
+        if self.between is Between.BANDED:
+            u = nodes(u, steps)
         usual = float(np.nanmedian(steps))
         rest = np.zeros(u.shape[1])
         for j, delay in enumerate(late):
@@ -228,7 +237,7 @@ class FilterBench:
             rest[j] = delay / usual - whole
             u[:, j] = u[np.maximum(np.arange(len(u)) - whole, 0), j]
         before = np.vstack([u[:1], u[:-1]])
-        if not self.held:
+        if self.between is not Between.HELD:
             u += rest * (before - u)
             slope = np.zeros_like(u)
             slope[:-1] = np.nan_to_num(np.diff(u, axis=0) / steps[:-1, None])

@@ -208,7 +208,7 @@ def _moved(model: Model, of: MLFit) -> list[str]:
 
 def _traces(model: Model, given: Explanation, final: Explanation) -> Traces:
     heldout = model.heldout
-    judge = model.bench(heldout, final.fit.bench.noise, final.fit.bench.held)
+    judge = model.bench(heldout, final.fit.bench.noise, final.fit.bench.between)
     states = judge.filtered(final.fit.p).states
     coordinates = model.kernel.coordinates
     at = []

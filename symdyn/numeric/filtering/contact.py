@@ -50,14 +50,14 @@ def loosened(
         return best, tuple(tried)
 
     part = brief(model)  # tells where a fit may begin, in a third of the time or less, and which play is likely
-    short = part.bench(part.training, quiet.noise, quiet.held)
+    short = part.bench(part.training, quiet.noise, quiet.between)
 
     def on_a_stretch(start: Array, names: Beliefs) -> MLFit:
-        ways = (graduated(part, short.with_inputs(held), start, names) for held in (quiet.held, not quiet.held))
+        ways = (graduated(part, short.with_inputs(way), start, names) for way in (quiet.between, quiet.between.other))
         return min((fit(*way, names, settled=ROUGH, most=ROUNDS) for way in ways), key=lambda each: each.loss)
 
     def on_all(brief: MLFit) -> MLFit:
-        bench = model.bench(model.training, brief.bench.noise, brief.bench.held)
+        bench = model.bench(model.training, brief.bench.noise, brief.bench.between)
         return fit(bench, brief.p, brief.beliefs, settled=ROUGH, most=ROUNDS)
 
     def with_some(score: Score) -> tuple[Array, Beliefs]:

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from symdyn.numeric.candidates import held_parameters
 from symdyn.numeric.filtering.afresh import afresh, astray, relieved, two_afresh, unburdened
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.budget import ENOUGH, Budget, allowed, within
 from symdyn.numeric.filtering.conclude import conclude, parameters
 from symdyn.numeric.filtering.contact import loosened
@@ -177,7 +178,7 @@ def _searched(
 def _compiled(robot: Robot, training: Recording, heldout: Recording, only: Sequence[str] = ()) -> Model:
     """The machine with hypotheses (``prepare``); its functions, which are compiled at their first use, have been."""
     model = prepare(robot, training, heldout, only=only)
-    bench = model.bench(stretch(model.training, FEW), without_latent(model, model.training), False)
+    bench = model.bench(stretch(model.training, FEW), without_latent(model, model.training), Between.STRAIGHT)
     bench.filtered(model.values, tuple(model.beliefs))
     return model
 

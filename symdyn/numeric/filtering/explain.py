@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.filtering.beliefs import Beliefs, penalty
 from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.budget import allowed
 from symdyn.numeric.filtering.hypotheses import DELAYS, LATE_REFERENCE, MEMORIES
 from symdyn.numeric.filtering.judged import (
@@ -252,19 +253,26 @@ def sampled(model: Model, current: Explanation) -> Explanation:
 
     Either looks like half a step of delay to the other; so it is tried where a delay would gain something, where the
     circuit may have absorbed it, or where the other is likelier as it is: with an unknown force beside it, a delay
-    gains nothing. A delay that was found is moved by that half step.
+    gains nothing. A delay that was found is moved by that half step. Band-limited ones are nearly straight, and tried
+    in their place where one round makes them likelier.
     """
     late = [c for c in model.proposed if c.effect in DELAYS]
     bench = current.fit.bench
     suspects = set(absorbing(current)) & model.electrical
-    other_way = model.bench(model.training, bench.noise, not bench.held)
-    p = the_other_way(other_way, current.fit.p)
+    other_way = bench.with_inputs(bench.between.other)
+    p = the_other_way(other_way, current.fit.p, bench.between)
     likelier = other_way.filtered(p).loss < bench.filtered(current.fit.p).loss
+    ways = [] if bench.between is Between.HELD else [x for x in bench.ways if x not in (bench.between, Between.HELD)]
+    tried = [fit(bench.with_inputs(way), current.fit.p, current.beliefs, most=1) for way in ways]
+    starts = [(each.bench, each.p) for each in tried if each.loss < current.fit.loss - WORTH]
     found = [] if likelier or suspects else scores(bench, current.fit.p, tuple(current.beliefs), late)
-    if not (likelier or suspects or (found and found[0].gain >= WORTH)):
+    if likelier or suspects or (found and found[0].gain >= WORTH):
+        starts.append((other_way, p))
+    if suspects:
+        starts.append((other_way, put_back(current, p)))
+    if not starts:
         return current
-    starts = [p, *([put_back(current, p)] if suspects else [])]
-    fits = side_by_side(lambda p: fit(other_way, p, current.beliefs, most=ROUNDS), starts)
+    fits = side_by_side(lambda start: fit(*start, current.beliefs, most=ROUNDS), starts)
     other = min(fits, key=lambda fitted: fitted.loss)
     if other.loss > current.fit.loss:
         return current

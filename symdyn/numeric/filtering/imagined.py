@@ -26,7 +26,7 @@ class Explaining:
     fit: MLFit
 
     def bench(self, signals: Signals) -> FilterBench:
-        return self.model.bench(signals, self.fit.bench.noise, self.fit.bench.held)
+        return self.model.bench(signals, self.fit.bench.noise, self.fit.bench.between)
 
     def shown(self, u: Array, noise: Array | None = None) -> Signals:
         """What the channels would show under the inputs ``u`` (N, nu), with so much ``noise`` (N, m) of the sensors.

@@ -60,7 +60,7 @@ class Step:
 
 def explained(model: Model, found: Found, beliefs: Beliefs, fitted: MLFit) -> Explanation:
     """Judge a fit: its likelihood and its free runs on held-out data."""
-    judge = model.bench(model.heldout, fitted.bench.noise, fitted.bench.held)
+    judge = model.bench(model.heldout, fitted.bench.noise, fitted.bench.between)
     done = judge.filtered(fitted.p)
     score = -0.5 * np.sum(done.white**2 + np.log(done.variances), axis=1)
     predicted = free_runs(judge, fitted.p)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.filtering.beliefs import Beliefs
 from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 
 Array = NDArray[np.float64]
@@ -61,13 +62,14 @@ def late(current: Fitted, p: Array, name: str) -> Array:
     return min(fits, key=lambda f: f.loss).p
 
 
-def the_other_way(bench: FilterBench, p: Array) -> Array:
-    """The parameters for a bench whose inputs are held between samples where they went straight, or vice versa.
+def the_other_way(bench: FilterBench, p: Array, before: Between) -> Array:
+    """The parameters for a bench whose inputs were ``before`` something else between samples.
 
     What is held is half a step late by itself: delays that were found are moved by that.
     """
-    moved, by = p.copy(), 0.5 * float(np.nanmedian(bench.signals.steps))
+    moved, held = p.copy(), bench.between is Between.HELD
+    by = 0.5 * float(np.nanmedian(bench.signals.steps)) if held is not (before is Between.HELD) else 0.0
     for i in (bench.index[name] for name in bench.delays):
         if p[i] > 0.0:
-            moved[i] = max(p[i] - by if bench.held else p[i] + by, 0.0)
+            moved[i] = max(p[i] - by if held else p[i] + by, 0.0)
     return moved

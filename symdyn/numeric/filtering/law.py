@@ -63,7 +63,7 @@ def _unknown(model: Model, of: Explanation) -> list[tuple[int, Latent]]:
 
 def _followed(model: Model, of: Explanation, latent: Latent, which: int) -> str | None:
     """The variable by which most of an unknown force is told on held-out data, once learnt on training data."""
-    first, second = of.fit.bench, model.bench(model.heldout, of.fit.bench.noise, of.fit.bench.held)
+    first, second = of.fit.bench, model.bench(model.heldout, of.fit.bench.noise, of.fit.bench.between)
     n, p = len(model.kernel.states) + which, of.fit.p
     learnt, checked = (bench.filtered(p).states[:, n] for bench in (first, second))
     motion = motion_of(first, p, latent, None)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from symdyn.numeric.filtering.bench import FilterBench, Noise
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.graduated import graduated
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import Model, natural_force, with_latent, without_latent
@@ -27,6 +28,7 @@ ROUGH, ROUNDS = 2.0, 15  # nats and rounds of a fit that only locates
 TOGETHER = 5.0  # nats: what is closer than this is not told apart (odds of 150 to 1 would tell it)
 TWO = 2  # forces that are tried next to each other, from where the likeliest so far led
 FEWEST, SWINGS = 2000, 4.0  # samples of a stretch that is looked at first, and times its hidden parts must settle
+EITHER = (Between.STRAIGHT, Between.HELD)  # to begin with
 FEW = 4  # rounds that tell whether an input is held, or that a force is none of the likeliest
 NEAR = 200.0  # nats behind the best: forces that are fitted further
 APART = float(stats.norm.isf(0.005))  # standard errors of a difference of likelihoods, two-sided at 1 %
@@ -52,8 +54,8 @@ def alone(model: Model, progress: Callable[[str], None]) -> MLFit:
     progress("the model as given")
     part = brief(model)
     noise = without_latent(model, part.training)
-    bench, near = graduated(part, part.bench(part.training, noise, True), model.values, model.beliefs)
-    ways = side_by_side(lambda held: _closer(bench.with_inputs(held), near, model), (False, True))
+    bench, near = graduated(part, part.bench(part.training, noise, Between.HELD), model.values, model.beliefs)
+    ways = side_by_side(lambda way: _closer(bench.with_inputs(way), near, model), EITHER)
     return _whole(model, min(ways, key=lambda each: each.loss))
 
 
@@ -65,15 +67,15 @@ def locate(model: Model, none: MLFit, progress: Callable[[str], None]) -> tuple[
     part, first = brief(model), model.latents[0]
     noise = without_latent(model, part.training)
     progress(f"an unknown force at {first.place}")
-    ways = side_by_side(lambda held: _fitted(part, first, model.values, noise, held, FEW), (False, True))
+    ways = side_by_side(lambda way: _fitted(part, first, model.values, noise, way, FEW), EITHER)
     likeliest = min((_whole(part, none, 0), *ways), key=lambda each: each.loss)
-    held = likeliest.bench.held
-    best = _fitted(part, first, likeliest.p, likeliest.bench.noise, held, ROUNDS)
+    between = likeliest.bench.between
+    best = _fitted(part, first, likeliest.p, likeliest.bench.noise, between, ROUNDS)
     fits = [best]
     for i in range(1, len(model.latents), TWO):
         two = model.latents[i : i + TWO]
         progress(f"an unknown force at {' and at '.join(latent.place for latent in two)}")
-        begin = partial(_fitted, part, p=best.p, noise=best.bench.noise, held=held, most=FEW)
+        begin = partial(_fitted, part, p=best.p, noise=best.bench.noise, between=between, most=FEW)
         fits += side_by_side(begin, two)
         best = min(fits, key=lambda each: each.loss)
     least = best.loss + NEAR * len(part.training.y) / len(model.training.y)
@@ -89,14 +91,14 @@ def locate(model: Model, none: MLFit, progress: Callable[[str], None]) -> tuple[
 def brief(model: Model) -> Model:
     """The same on a stretch of what it is fitted to, long enough for its slowest swings."""
     signals = model.training
-    bench = model.bench(signals, without_latent(model, signals), False)
+    bench = model.bench(signals, without_latent(model, signals), Between.STRAIGHT)
     count = max(FEWEST, math.ceil(SWINGS * bench.settling / float(np.nanmedian(signals.steps))))
     return replace(model, training=stretch(signals, count))
 
 
 def _whole(model: Model, rough: MLFit, most: int = ROUNDS) -> MLFit:
     """The fit, going on with all of what ``model`` is fitted to for some rounds; none: as it is."""
-    bench = model.bench(model.training, rough.bench.noise, rough.bench.held)
+    bench = model.bench(model.training, rough.bench.noise, rough.bench.between)
     return fit(bench, rough.p, model.beliefs, settled=ROUGH, most=most)
 
 
@@ -121,8 +123,8 @@ def _closer(bench: FilterBench, p: Array, model: Model) -> MLFit:
     return fit(bench, p, model.beliefs, settled=ROUGH, most=ROUNDS)
 
 
-def _fitted(model: Model, latent: Latent, p: Array, noise: Noise, held: bool, most: int = ROUNDS) -> MLFit:
-    bench = model.bench(model.training, noise, held)
+def _fitted(model: Model, latent: Latent, p: Array, noise: Noise, between: Between, most: int = ROUNDS) -> MLFit:
+    bench = model.bench(model.training, noise, between)
     powers = natural_force(model, model.training, latent.direction) ** 2 * POWERS
     trials = [bench.with_noise(with_latent(noise, latent, float(power))) for power in powers]
     losses = side_by_side(lambda trial: trial.filtered(p).loss, trials)

@@ -40,10 +40,10 @@ def missing_forces(
 def _at(as_given: Model, place: Place, model: Model, same: Latent, final: MLFit) -> MissingForce:
     bench, kernel = place.fit.bench, as_given.kernel
     n = len(kernel.coordinates)
-    states = as_given.bench(as_given.heldout, bench.noise, bench.held).filtered(place.fit.p).states
+    states = as_given.bench(as_given.heldout, bench.noise, bench.between).filtered(place.fit.p).states
     noise = with_latent(final.bench.noise, same, float(bench.noise.power[-1]))
     decay = np.append(noise.decay[:-1], bench.noise.decay[-1])
-    after = model.bench(model.heldout, replace(noise, decay=decay), final.bench.held).filtered(final.p).states
+    after = model.bench(model.heldout, replace(noise, decay=decay), final.bench.between).filtered(final.p).states
     first, pushed = (int(np.flatnonzero(each)[0]) for each in (place.latent.motion, place.latent.direction))
     return MissingForce(
         place=place.latent.place,

@@ -14,6 +14,7 @@ from symdyn.emit.kernel import Kernel
 from symdyn.numeric.candidates import Candidate, bounds
 from symdyn.numeric.filtering.beliefs import Belief, Beliefs
 from symdyn.numeric.filtering.bench import FASTEST, WHITE, FilterBench, Noise
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.driving import per_unit
 from symdyn.numeric.filtering.gears import usual_speeds
 from symdyn.numeric.filtering.hypotheses import augmented, delays, free_parameters, hypotheses
@@ -91,10 +92,10 @@ class Model:
     def unit(self, name: str) -> str:
         return "s" if name in self.delays else self.kernel.parameter_units[self.kernel.parameters.index(name)]
 
-    def bench(self, of: Signals, noise: Noise, held: bool) -> FilterBench:
+    def bench(self, of: Signals, noise: Noise, between: Between) -> FilterBench:
         step = float(np.nanmedian(of.steps))
         substeps = max(1, math.ceil(step / FASTEST_STEP - 1e-9))
-        return FilterBench(self.kernel, of, noise, held, substeps, self.delays)
+        return FilterBench(self.kernel, of, noise, between, substeps, self.delays)
 
 
 def prepare(
@@ -240,7 +241,7 @@ def carried(model: Model, p: Array, fitted: FilterBench) -> tuple[Array, FilterB
         if name in fitted.index:
             directions[i] = fitted.noise.directions[fitted.index[name]]
     noise = replace(fitted.noise, directions=directions)
-    return values, model.bench(model.training, noise, fitted.held)
+    return values, model.bench(model.training, noise, fitted.between)
 
 
 def candidate_beliefs(candidate: Candidate, shape: float | None) -> dict[str, Belief]:

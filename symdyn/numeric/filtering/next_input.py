@@ -12,6 +12,7 @@ from symdyn.base.wording import quoted
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.experiment.design import SEPARATES, WIDER
 from symdyn.numeric.experiment.limits import Visited, experiment_limits
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.explain import with_effect
 from symdyn.numeric.filtering.hypotheses import hypotheses
 from symdyn.numeric.filtering.imagined import Explaining
@@ -28,7 +29,7 @@ from symdyn.spec.records import Robot
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
-Between = tuple[tuple[str, str], tuple[str, str]]
+Pair = tuple[tuple[str, str], tuple[str, str]]
 
 ROOM = 0.995  # quantile of a recorded speed that counts as its top: noise has extremes of its own
 FEW = 8  # rounds of a fit from a diagnosed model
@@ -104,11 +105,11 @@ def _fitted(model: Model) -> Explanation:
     """The diagnosed model without the finding, with its noise; inputs held or straight, as fits better."""
     noise = without_latent(model, model.training)
 
-    def roughly(held: bool) -> Explanation:
-        bench = model.bench(model.training, noise, held)
+    def roughly(between: Between) -> Explanation:
+        bench = model.bench(model.training, noise, between)
         return explained(model, (), model.beliefs, fit(bench, model.values, model.beliefs, most=FEW))
 
-    return min(side_by_side(roughly, (False, True)), key=lambda each: each.fit.loss)
+    return min(side_by_side(roughly, (Between.STRAIGHT, Between.HELD)), key=lambda each: each.fit.loss)
 
 
 def _explaining(model: Model, start: Explanation, candidate: Candidate) -> Explaining:
@@ -155,7 +156,7 @@ def _columns(model: Model, u: Array, step: float) -> dict[str, Array]:
     return {"time [s]": step * np.arange(len(u))} | dict(zip(names, u.T, strict=True))
 
 
-def _words(found: Designed, between: Between, duration: float, assumed: str) -> str:
+def _words(found: Designed, between: Pair, duration: float, assumed: str) -> str:
     one, other = (_name(key) for key in between)
     if found.u is None and not all(found.nested):
         return f"no input keeps the machine within its limits; {assumed}" if assumed else "no input keeps the limits"

@@ -83,7 +83,7 @@ def with_shaft(
     beliefs |= {name: belief for name, belief in current.beliefs.items() if name in names}
     noise = without_latent(model, model.training)
     latent = next(x for x in model.latents if x.place == joint.name)
-    bench = model.bench(model.training, noise, current.fit.bench.held)
+    bench = model.bench(model.training, noise, current.fit.bench.between)
     powers = natural_force(model, model.training, latent.direction) ** 2 * POWERS
     trials = [bench.with_noise(with_latent(noise, latent, float(power))) for power in powers]
     inertia = p[names[_rotor_inertia(joint)]] if _rotor_inertia(joint) in names else 1.0

@@ -44,7 +44,7 @@ def when(model: Model, given: Explanation, latent: Latent) -> tuple[str, ...]:
     if not latent.motion.any():
         return ()
     bench, p = given.fit.bench, given.fit.p
-    judge = model.bench(model.heldout, bench.noise, bench.held)
+    judge = model.bench(model.heldout, bench.noise, bench.between)
     first = motion_of(bench, p, latent, None)
     second = motion_of(judge, p, latent, first.top)
     cells = conditions(first, first)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.model import Model, prepare, without_latent
 
 from .soft_gear import RATIO, TOML, TRUE, run
@@ -22,7 +23,7 @@ def prepared(play: float) -> tuple[Model, FilterBench, NDArray[np.float64]]:
     """Model, filter, and the true parameters."""
     training = run(1, play=play)
     model = prepare(ARM, training, training, only=("backlash at arm.gear", "constant force offset at arm"))
-    bench = model.bench(model.training, without_latent(model, model.training), held=True)
+    bench = model.bench(model.training, without_latent(model, model.training), between=Between.HELD)
     p = model.values
     for name, value in {**TRUE, PLAY: play}.items():
         p[bench.index[name]] = value
@@ -45,7 +46,7 @@ def test_a_filter_that_begins_there_follows_from_the_first_sample() -> None:
     _, bench, p = prepared(play=0.5)
     moment = slice(0, round(0.8 / bench.signals.steps[0]))
     innovations = bench.filtered(p).innovations[moment, 0]
-    unbent = FilterBench(bench.kernel, bench.signals, bench.noise, held=True, delays=bench.delays)
+    unbent = FilterBench(bench.kernel, bench.signals, bench.noise, between=Between.HELD, delays=bench.delays)
     unbent._balance = replace(bench._balance, hidden=(), bent=np.zeros(0), acceleration=np.zeros(0))
     lost = unbent.filtered(p).innovations[moment, 0]
     assert np.std(innovations) < 0.1 * np.std(lost)
@@ -57,7 +58,7 @@ def test_of_two_beginnings_the_likelier_is_taken() -> None:
     count = len(bench.signals.y)
     for start in (bench._start, bench._balance.found(p[: len(model.kernel.parameters)], bench._start)):
         shown = replace(model.training, y=bench.simulated(p, start, 0, count))
-        own = model.bench(shown, bench.noise, held=True)
+        own = model.bench(shown, bench.noise, between=Between.HELD)
         kernels, *driven, parts = own._driven(p)
         begun = own._begin(kernels, (driven[0], driven[1], driven[2], np.ones((count, 0))), parts)
         arm = model.kernel.coordinates.index("arm")

@@ -10,6 +10,7 @@ import pytest
 
 from symdyn.numeric.filtering import diagnose
 from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.budget import ENOUGH, Budget, allowed, spend, within
 from symdyn.numeric.filtering.model import prepare, without_latent
 from symdyn.numeric.filtering.side_by_side import side_by_side
@@ -61,7 +62,7 @@ def test_a_diagnosis_tells_what_it_did_not_ask(
 def test_work_goes_with_the_samples_and_with_what_is_asked_of_a_run(robot: Robot, tmp_path: Path) -> None:
     run = record(tmp_path / "1.csv", robot, 1, coulomb=0.03)
     model = prepare(robot, run, run, only=("",))
-    bench = model.bench(model.training, without_latent(model, model.training), True)
+    bench = model.bench(model.training, without_latent(model, model.training), Between.HELD)
 
     def work(bench: FilterBench, *names: str) -> float:
         with within(Budget(ENOUGH)) as budget:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from symdyn.compiler import robot_from_text
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.discretisation import FINER, REST, with_discretisation
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import prepare, without_latent
@@ -28,7 +29,7 @@ def test_an_interval_counts_what_finer_steps_would_change(tmp_path: Path) -> Non
     robot = robot_from_text(MODEL.replace("[recording]\n", DRY), "dry.toml")
     run = record(tmp_path / "a.csv", robot, 1, coulomb=0.03)
     model = prepare(robot, run, run)
-    bench = model.bench(model.training, without_latent(model, model.training), True)
+    bench = model.bench(model.training, without_latent(model, model.training), Between.HELD)
     told = with_discretisation(fit(bench, model.values, model.beliefs, settled=1e-4))
     finer = fit(told.bench.in_steps(FINER), told.p, model.beliefs, settled=1e-4)
 

@@ -8,6 +8,7 @@ from types import MappingProxyType
 import pytest
 
 from symdyn.compiler import robot_from_text
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.elsewhere import with_elsewhere
 from symdyn.numeric.filtering.explain import fitted
 from symdyn.numeric.filtering.judged import Explanation, explained
@@ -35,7 +36,7 @@ def pushed(seed: int) -> Recording:
 def found(effect: str, *runs: Recording) -> tuple[Model, Explanation, Finding]:
     """An effect at the arm, which is told as if it might as well be at the motor."""
     model = prepare(ARM, *runs, only=LABELS)
-    bench = model.bench(model.training, without_latent(model, model.training), True)
+    bench = model.bench(model.training, without_latent(model, model.training), Between.HELD)
     none = explained(model, (), model.beliefs, fit(bench, model.values, model.beliefs))
     (law,) = (c for c in model.proposed if (c.effect, c.place.address) == (effect, "arm"))
     ranked = scores(bench, none.fit.p, tuple(none.beliefs), (law,))

@@ -10,6 +10,7 @@ import pytest
 
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.gears import usual_speeds
 from symdyn.numeric.filtering.model import Model, natural_force, prepare, without_latent
 from symdyn.numeric.recording import Recording
@@ -49,7 +50,7 @@ def test_of_a_geared_joint_the_filter_says_the_same(reflected: Model, recording:
     losses = []
     for model in (reflected, geared):
         noise = without_latent(model, model.training)
-        done = model.bench(model.training, noise, True).filtered(model.values)
+        done = model.bench(model.training, noise, Between.HELD).filtered(model.values)
         losses.append(done.loss)
     assert losses[1] == pytest.approx(losses[0], rel=1e-6)
     first, second = (natural_force(m, m.training, m.latents[-1].direction) for m in (reflected, geared))

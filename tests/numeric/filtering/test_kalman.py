@@ -14,6 +14,7 @@ from symdyn.derive.coordinates import coordinates
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.filtering.beliefs import Belief, penalty
 from symdyn.numeric.filtering.bench import DEAF, FilterBench, Noise
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.late import the_other_way
 from symdyn.numeric.filtering.measure import SURPRISE
 from symdyn.numeric.filtering.noise_step import noise_step
@@ -160,7 +161,7 @@ def test_sensitivities_of_a_machine_that_bends_are_its_differences() -> None:
         time, u, np.full((count, 1), 0.3), np.array([0]), ("axis.q",), steps, np.zeros(1), np.ones(1), np.ones(1)
     )
     deaf = Noise(np.array([DEAF]), np.zeros((len(spring.parameters), 0)), *np.zeros((3, 0)))
-    bench, p = FilterBench(spring, s, deaf, held=True), spring.values
+    bench, p = FilterBench(spring, s, deaf, between=Between.HELD), spring.values
     slopes = bench.filtered(p, ("J", "k", "c")).slopes[:, 0]
     for i, name in enumerate(("J", "k", "c")):
         runs = []
@@ -242,12 +243,12 @@ def test_an_unknown_force_widens_the_innovations(kernel: Kernel) -> None:
     assert driven.states.shape[1] == quiet.states.shape[1] + 1
 
 
-@pytest.mark.parametrize("held", [True, False])
-def test_an_input_that_is_late_by_whole_samples_is_the_shifted_recording(kernel: Kernel, held: bool) -> None:
+@pytest.mark.parametrize("between", [Between.HELD, Between.STRAIGHT])
+def test_an_input_that_is_late_by_whole_samples_is_the_shifted_recording(kernel: Kernel, between: Between) -> None:
     s, late = made(kernel), 3
     shifted = replace(s, u=np.vstack([np.repeat(s.u[:1], late, axis=0), s.u[:-late]]))
-    plain = FilterBench(kernel, shifted, noise(kernel, 0), held).filtered(linear(kernel))
-    bench = FilterBench(kernel, s, noise(kernel, 0), held, delays=("late",))
+    plain = FilterBench(kernel, shifted, noise(kernel, 0), between).filtered(linear(kernel))
+    bench = FilterBench(kernel, s, noise(kernel, 0), between, delays=("late",))
     done = bench.filtered(np.append(linear(kernel), late * STEP))
     np.testing.assert_allclose(done.innovations, plain.innovations, rtol=1e-9, atol=1e-12)
 
@@ -260,8 +261,8 @@ def test_a_held_input_that_is_late_by_a_part_of_a_sample_jumps_there(kernel: Ker
     u = np.repeat(s.u, 4, axis=0)
     steps = np.append(np.full(4 * COUNT - 1, STEP / 4), np.nan)
     fine = replace(s, time=np.arange(4 * COUNT) * STEP / 4, u=np.vstack([np.repeat(u[:1], 5, axis=0), u[:-5]]), y=y)
-    plain = FilterBench(kernel, replace(fine, steps=steps), noise(kernel, 0), True)
-    bench = FilterBench(kernel, s, noise(kernel, 0), True, delays=("late",))
+    plain = FilterBench(kernel, replace(fine, steps=steps), noise(kernel, 0), Between.HELD)
+    bench = FilterBench(kernel, s, noise(kernel, 0), Between.HELD, delays=("late",))
     bench._start[:], bench._spread[:] = plain._start, plain._spread
     p = np.append(linear(kernel), 1.25 * STEP)
     done = bench.filtered(p)
@@ -271,11 +272,12 @@ def test_a_held_input_that_is_late_by_a_part_of_a_sample_jumps_there(kernel: Ker
 
 def test_a_held_input_is_half_a_sample_late_by_itself(kernel: Kernel) -> None:
     """A delay that was found goes along when inputs are held instead of straight, and none becomes negative."""
-    straight = FilterBench(kernel, made(kernel), noise(kernel, 0), False, delays=("late", "later"))
+    straight = FilterBench(kernel, made(kernel), noise(kernel, 0), Between.STRAIGHT, delays=("late", "later"))
     p = np.append(linear(kernel), [0.2 * STEP, 3.5 * STEP])
-    held = the_other_way(straight.with_inputs(True), p)
+    held = the_other_way(straight.with_inputs(Between.HELD), p, straight.between)
     np.testing.assert_allclose(held[-2:], [0.0, 3.0 * STEP])
-    np.testing.assert_allclose(the_other_way(straight, held)[-2:], [0.0, 3.5 * STEP])  # one that is not there stays so
+    back = the_other_way(straight, held, Between.HELD)
+    np.testing.assert_allclose(back[-2:], [0.0, 3.5 * STEP])  # one that is not there stays so
     np.testing.assert_array_equal(held[:-2], p[:-2])
 
 

@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from symdyn.compiler import robot_from_text
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.conclude import left_over, noise_floor
 from symdyn.numeric.filtering.judged import Explanation, explained
 from symdyn.numeric.filtering.likelihood import fit
@@ -99,7 +100,7 @@ def as_it_is(tmp_path: Path, hysteretic: float, gusts: float) -> tuple[Model, Ex
     robot = robot_from_text(MODEL, "mount.toml")
     runs = [record(tmp_path / f"{seed}.csv", robot, seed, hysteretic, gusts) for seed in (1, 2)]
     model = prepare(robot, runs[0], runs[1], only=("",))
-    bench = model.bench(model.training, without_latent(model, model.training), False)
+    bench = model.bench(model.training, without_latent(model, model.training), Between.STRAIGHT)
     return model, explained(model, (), model.beliefs, fit(bench, model.values, model.beliefs))
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING, memories
 from symdyn.numeric.filtering.judged import Explanation, explained
 from symdyn.numeric.filtering.likelihood import fit
@@ -24,7 +25,7 @@ def as_given(robot: Robot, folder: Path, **concealed: float) -> tuple[Model, Exp
     model = prepare(robot, training, heldout)
     latent = next(x for x in model.latents if x.place == "axis")
     power = 1e-3 * natural_force(model, model.training, latent.direction) ** 2
-    bench = model.bench(model.training, with_latent(without_latent(model, model.training), latent, power), True)
+    bench = model.bench(model.training, with_latent(without_latent(model, model.training), latent, power), Between.HELD)
     done = fit(bench, model.values, model.beliefs, settled=2.0, most=12)
     return model, explained(model, (), model.beliefs, done)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import prepare, without_latent
 from symdyn.spec.records import Robot
@@ -20,9 +21,9 @@ def test_noise_of_an_equation_takes_up_no_force_that_is_missing(robot: Robot, tm
     most = noise.most[np.isfinite(noise.most)]
     assert len(most) == 1  # the joint's; the circuit's noise is that of its input
 
-    bounded = fit(model.bench(model.training, noise, True), model.values, model.beliefs, most=4)
+    bounded = fit(model.bench(model.training, noise, Between.HELD), model.values, model.beliefs, most=4)
     boundless = replace(noise, most=np.full_like(noise.most, np.inf))
-    free = fit(model.bench(model.training, boundless, True), model.values, model.beliefs, most=4)
+    free = fit(model.bench(model.training, boundless, Between.HELD), model.values, model.beliefs, most=4)
 
     assert bounded.bench.noise.power[-1] <= most[0] * (1 + 1e-9)
     assert free.bench.noise.power[-1] > 10.0 * most[0]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.explain import fitted
 from symdyn.numeric.filtering.judged import Explanation, explained
 from symdyn.numeric.filtering.likelihood import fit
@@ -30,7 +31,7 @@ def told_as_two(robot: Robot, folder: Path, **concealed: float) -> tuple[Model, 
     runs = [record(folder / f"{seed}.csv", robot, seed, **concealed) for seed in (1, 2)]
     asked = ("linear spring at axis", "unbalance at axis", "hardening spring at axis")
     model = prepare(robot, *runs, only=asked)
-    bench = model.bench(model.training, without_latent(model, model.training), True)
+    bench = model.bench(model.training, without_latent(model, model.training), Between.HELD)
     current = explained(model, (), model.beliefs, fit(bench, model.values, model.beliefs))
     findings = []
     for effect in TOLD:

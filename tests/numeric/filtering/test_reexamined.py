@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.diagnose import _reexamined
 from symdyn.numeric.filtering.judged import Step, explained
 from symdyn.numeric.filtering.likelihood import fit
@@ -22,7 +23,7 @@ LEVEL = 0.03  # N m
 def test_a_last_finding_stays_if_there_is_something(robot: Robot, tmp_path: Path, level: float) -> None:
     runs = [record(tmp_path / f"{seed}.csv", robot, seed, coulomb=level) for seed in (1, 2)]
     model = prepare(robot, *runs, only=("Coulomb friction at axis",))
-    bench = model.bench(model.training, without_latent(model, model.training), True)
+    bench = model.bench(model.training, without_latent(model, model.training), Between.HELD)
     given = explained(model, (), model.beliefs, fit(bench, model.values, model.beliefs))
     (friction,) = (c for c in model.proposed if c.effect == "coulomb_friction")
     (score,) = scores(bench, given.fit.p, tuple(model.beliefs), [friction], lambda _: None)

@@ -12,6 +12,7 @@ import pytest
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.filtering.bench import FilterBench
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.conclude import specification
 from symdyn.numeric.filtering.driving import limits
 from symdyn.numeric.filtering.hypotheses import hypotheses
@@ -114,24 +115,24 @@ def test_a_filter_takes_parameters_that_change_from_run_to_run(known: Robot, tmp
     )
     model = _prepared(known, both)
     noise = without_latent(model, model.training)
-    told = model.bench(model.training, noise, False).filtered(model.values)
+    told = model.bench(model.training, noise, Between.STRAIGHT).filtered(model.values)
     gain = model.kernel.parameters.index("P")
     for part, recording in zip(both.segments, (one, other), strict=True):
         alone = _prepared(known, recording)
         values = model.values
         values[gain] = 2.0 if recording is one else 6.0
         signals = replace(alone.training, known=None)
-        bench = FilterBench(model.kernel, signals, noise, False, 3, model.delays)
+        bench = FilterBench(model.kernel, signals, noise, Between.STRAIGHT, 3, model.delays)
         late = slice(part.start + 50, part.stop)  # a run begins less well known after another than alone
         np.testing.assert_allclose(told.innovations[late], bench.filtered(values).innovations[50:], atol=2e-5)
-    wrong = FilterBench(model.kernel, replace(model.training, known=None), noise, False, 3, model.delays)
+    wrong = FilterBench(model.kernel, replace(model.training, known=None), noise, Between.STRAIGHT, 3, model.delays)
     assert wrong.filtered(model.values).loss > told.loss + 1000.0
 
 
 def test_a_model_keeps_what_a_fit_did_not_move_as_it_was_written(robot: Robot, tmp_path: Path) -> None:
     """No default of the loop, such as its tracking time, is written down, and no number in other digits."""
     model = _prepared(robot, recorded(tmp_path / "a.csv", robot, 1, 200.0, 2.0))
-    bench = model.bench(model.training, without_latent(model, model.training), False)
+    bench = model.bench(model.training, without_latent(model, model.training), Between.STRAIGHT)
     told = fit(bench, model.values, {"c": model.beliefs["c"]}, most=1)
     after = specification(model, robot, explained(model, (), dict(model.beliefs), told)).text.splitlines()
     changed = [line for line, old in zip(after, robot.text.splitlines(), strict=True) if line != old]
@@ -181,7 +182,7 @@ def test_a_delay_that_was_found_stays_where_a_rotor_is_freed(robot: Robot, tmp_p
     recording = recorded(tmp_path / "a.csv", robot, 1, 200.0, 2.0, late=0.02)
     model = _prepared(robot, recording)
     late = next(c for c in model.proposed if c.effect == "reference_delay")
-    bench, p = model.bench(model.training, without_latent(model, model.training), False), model.values
+    bench, p = model.bench(model.training, without_latent(model, model.training), Between.STRAIGHT), model.values
     p[bench.index[late.parameter(late.linear[0])]] = 0.02
     beliefs = {**model.beliefs, **candidate_beliefs(late, None)}
     current = explained(model, ((late, None),), beliefs, fit(bench, p, beliefs, most=2))

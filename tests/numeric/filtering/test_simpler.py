@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.explain import fitted
 from symdyn.numeric.filtering.judged import Explanation, explained
 from symdyn.numeric.filtering.likelihood import fit
@@ -26,7 +27,7 @@ def as_a_spring(robot: Robot, folder: Path, **concealed: float) -> tuple[Model, 
     """What a drive lacks, told as a linear spring."""
     runs = [record(folder / f"{seed}.csv", robot, seed, **concealed) for seed in (1, 2)]
     model = prepare(robot, *runs, only=("linear spring at axis", "constant force offset at axis"))
-    bench = model.bench(model.training, without_latent(model, model.training), True)
+    bench = model.bench(model.training, without_latent(model, model.training), Between.HELD)
     none = explained(model, (), model.beliefs, fit(bench, model.values, model.beliefs))
     spring = [c for c in model.proposed if c.effect == "linear_spring"]
     (step,) = fitted(model, none, scores(bench, none.fit.p, tuple(none.beliefs), spring), quiet)

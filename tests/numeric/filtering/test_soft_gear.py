@@ -9,6 +9,7 @@ import pytest
 
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.graduated import graduated
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.model import prepare, without_latent
@@ -22,7 +23,7 @@ ARM = robot_from_text(TOML, "arm.toml")
 def test_the_bend_at_the_start_is_no_thousandth_of_the_travel() -> None:
     """The weight bends it by 2.4 rad of the motor; its travel is 80 rad."""
     model = prepare(ARM, run(1), run(2), only=("constant force offset at arm",))
-    bench = model.bench(model.training, without_latent(model, model.training), held=True)
+    bench = model.bench(model.training, without_latent(model, model.training), between=Between.HELD)
     arm, motor = (model.kernel.coordinates.index(name) for name in ("arm", "arm.motor"))
     spread = bench._spread
     apart = np.sqrt(spread[arm, arm] - spread[arm, motor] ** 2 / spread[motor, motor])  # where the motor's is known
@@ -34,7 +35,7 @@ def test_the_bend_at_the_start_is_no_thousandth_of_the_travel() -> None:
 
 def test_many_unknown_forces_lead_near_the_truth() -> None:
     model = prepare(ARM, run(1), run(2), only=("constant force offset at arm",))
-    bench = model.bench(model.training, without_latent(model, model.training), held=True)
+    bench = model.bench(model.training, without_latent(model, model.training), between=Between.HELD)
     _, near = graduated(model, bench, model.values, model.beliefs)
     for name in ("J", "k", "b"):
         assert near[bench.index[name]] == pytest.approx(TRUE[name], rel=0.05)
@@ -93,7 +94,7 @@ def fitted_to_noisy_torque() -> MLFit:
     model = prepare(ARM, run(1), run(2), only=("constant force offset at arm",))
     torque = model.training.u
     noisy = torque + 0.01 * np.std(torque) * np.random.default_rng(3).standard_normal(torque.shape)
-    bench = model.bench(replace(model.training, u=noisy), without_latent(model, model.training), held=True)
+    bench = model.bench(replace(model.training, u=noisy), without_latent(model, model.training), between=Between.HELD)
     return fit(bench, model.values, model.beliefs)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from symdyn.compiler import compile_robot, load_robot
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.gears import per_joint
 from symdyn.numeric.filtering.hypotheses import hypotheses
 from symdyn.numeric.filtering.judged import Explanation
@@ -41,7 +42,7 @@ def seen(shown: Sequence[str], rate: float, play: bool = False) -> tuple[Model, 
     signals = signals_of(kernel.coordinates, per_joint(robot, kernel.coordinates), shown, 1.0 / rate)
     model = Model(robot, kernel, (), (), {}, signals, signals)
     none = np.zeros(0)
-    fitted = MLFit({}, model.values, model.bench(signals, without_latent(model, signals), True), 0.0)
+    fitted = MLFit({}, model.values, model.bench(signals, without_latent(model, signals), Between.HELD), 0.0)
     return model, Explanation((), {}, fitted, none, (none, none), none, none)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.diagnose import stiffened
 from symdyn.numeric.filtering.explain import step
 from symdyn.numeric.filtering.judged import explained
@@ -25,7 +26,7 @@ def test_a_shaft_that_friction_explains_is_taken_out_again(robot: Robot, tmp_pat
     runs = record(tmp_path / "1.csv", robot, 1, coulomb=0.03), record(tmp_path / "2.csv", robot, 2, coulomb=0.03)
     alarms: list[str] = []
     model = prepare(robot, *runs)
-    bench = model.bench(model.training, without_latent(model, model.training), True)
+    bench = model.bench(model.training, without_latent(model, model.training), Between.HELD)
     given = explained(model, (), model.beliefs, fit(bench, model.values, model.beliefs))
     flexible, after = with_shaft(model.robot, model.robot.joints[0], (), (), given, runs, print)
     k, j_m, j_l = (after.fit.p[after.fit.bench.index[n]] for n in ("axis_transmission_stiffness", "J_m", "J_l"))
