@@ -34,7 +34,9 @@ CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
 SPREAD = 1.0  # a model's parameters are off by up to so much of their values, unless a recording tells otherwise
 LITTLE = 0.02  # of what a law takes off: less does not tell it from another one at its place
 CARRIES = 0.01  # of the inertia that swings, that what carries it has at least
-SCALES = frozenset({Scan.SPEED, Scan.TURNOVER, Scan.DISPLACEMENT, Scan.STEEPNESS, Scan.ANGLE_ORDER, Scan.FREQUENCY})
+SCALES = frozenset(
+    {Scan.SPEED, Scan.TURNOVER, Scan.DISPLACEMENT, Scan.GROWTH, Scan.STEEPNESS, Scan.ANGLE_ORDER, Scan.FREQUENCY}
+)
 SPECK = 1e-6  # where a parameter that is none begins, to be one (gravity, in m/s^2)
 
 

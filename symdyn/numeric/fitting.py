@@ -89,10 +89,9 @@ def minimise(
 
     ``spread``: standard deviation, as a share of their ``sizes`` (of their values where those are not told), that the
     kernel's own parameters are thought to have in the model as given. Wide as it is, it decides along directions that
-    a recording hardly tells.
-    Of ``unknown`` ones nothing is thought. ``weighed``: parameters at which residuals have the size that the weights
-    are for, those of the start if None; what no effort drives has it from the inertia (``Passive``). ``steps``, if
-    given: it stops where it is after so many.
+    a recording hardly tells. Of ``unknown`` ones nothing is thought but their size, where that is told. ``weighed``:
+    parameters at which residuals have the size that the weights are for, those of the start if None; what no effort
+    drives has it from the inertia (``Passive``). ``steps``, if given: it stops where it is after so many.
     """
     where = [*(bench.index[name] for name in names), *range(len(p), len(p) + len(start))]
     x0 = np.concatenate([p, start])
@@ -104,7 +103,7 @@ def minimise(
     held = np.delete(p != given, where[: len(names)]).any()  # a span is about the kernel's own values
     problem: Problem = Plain(bench, names, added) if held or not bench.foldable(names) else Folded(bench, names, added)
     given = given[where[: len(names)]]
-    own = np.array([0.0 if name in unknown else 1.0 for name in names])
+    own = np.array([0.0 if name in unknown and name not in sizes else 1.0 for name in names])
     pull = np.concatenate([own / (spread * sized(names, given, sizes)), np.zeros(len(start))])
     thought = np.concatenate([given, start])
     if bench.passive.joints:

@@ -20,6 +20,7 @@ from symdyn.numeric.inquiry import Inquiry, estimates
 from symdyn.numeric.mechanics import mechanical_kernel
 from symdyn.numeric.regression import fit_linear
 from symdyn.numeric.setting import Setting
+from symdyn.numeric.sizes import STRONGEST
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.edit import add_effect, set_gravity
 from symdyn.spec.monomials import value_of
@@ -30,7 +31,6 @@ Array = NDArray[np.float64]
 PAYLOAD = "payload"
 AXES = ("x", "y", "z")
 COM = tuple(f"com_{axis}" for axis in AXES)
-STRONGEST = 30.0  # m/s^2, three times that of Earth: masses may be given too small; beyond it takes up something else
 LEAST_MASS = 0.01  # of the link that carries it: a search for a payload begins at no less
 
 
@@ -86,7 +86,7 @@ class GravityVector:
         return {}
 
     def credible(self, fitted: Mapping[str, Estimate]) -> bool:
-        """Beside masses that no motion tells, it may be anything."""
+        """Beside masses that no motion tells, it may be anything; what is too strong takes up something else."""
         told = any(e.se is None or abs(e.value) > CERTAIN * e.se for e in fitted.values())
         return told and math.hypot(*(e.value for e in fitted.values())) < STRONGEST
 

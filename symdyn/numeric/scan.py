@@ -25,6 +25,8 @@ SLOPE_STEP = 1e-4  # of a shape value
 STEEPEST = 0.05  # of the top speed: a curve that turns over below it is a jump
 STRAIGHTEST = 1.5  # of the top speed: one that turns over above it departs from a line by less than an eighth
 SHORTEST = 1e-3  # of the travel: less is not told from a jump
+GROWTHS = 8  # over distances within which something grows by itself,
+GROWN = (0.25, 2.0)  # of the travel: fifty-fold along it, or by half
 WAVES = 2.0  # that the travel must hold: what does not repeat cannot be called periodic
 FINENESS = 2.0  # orders tried per one that the travel can tell from its neighbours
 MANY = 50_000  # orders at most: a joint that only trembles would allow no end of them
@@ -59,6 +61,8 @@ def _axis(
             values = orders(seen, joint, edge, waves)
         case Scan.ANGLE:
             values = np.linspace(-np.pi, np.pi, round(share * ANGLES) + 1)[1:]
+        case Scan.GROWTH:
+            values = travel * np.geomspace(*GROWN, round(share * GROWTHS))
         case Scan.VALUES | Scan.DAMPING:
             values = np.array(schema.tried)
         case Scan.HEAT:

@@ -12,21 +12,25 @@ from symdyn.spec.records import Link, Monomial, Robot
 
 Array = NDArray[np.float64]
 
+STRONGEST = 30.0  # m/s^2, three times that of Earth: masses may be given too small
+
 
 def sizes(robot: Robot) -> dict[str, float]:
-    """Of parameters whose own values do not tell it: coordinates of centres of mass, and products of inertia.
+    """Of parameters whose own values do not tell it: coordinates of centres of mass, products of inertia, gravity.
 
     A coordinate is as large as its vector, a product of inertia as its two moments: their values depend on how a frame
-    was laid, and what is small or zero in one is none in another.
+    was laid, and what is small or zero in one is none in another. Gravity may be ``STRONGEST`` on every axis.
     """
     values = {p.name: p.value or 0.0 for p in robot.parameters}
     links = [joint.link for joint in robot.joints] + ([robot.tool.link] if robot.tool is not None else [])
     found: dict[str, float] = {}
+    told = [(axis, STRONGEST) for axis in robot.gravity]
     for link in links:
-        for monomial, size in (*_coordinates(link, values), *_products(link, values)):
-            if len(monomial.factors) == 1 and monomial.factors[0][1] == 1 and size > 0.0:
-                name = monomial.factors[0][0]
-                found[name] = max(found.get(name, 0.0), size / abs(float(monomial.coefficient)))
+        told += [*_coordinates(link, values), *_products(link, values)]
+    for monomial, size in told:
+        if len(monomial.factors) == 1 and monomial.factors[0][1] == 1 and size > 0.0:
+            name = monomial.factors[0][0]
+            found[name] = max(found.get(name, 0.0), size / abs(float(monomial.coefficient)))
     return found
 
 

@@ -19,6 +19,7 @@ class Scan(StrEnum):
     DAMPING = "damping"  # of that: between the values in ``tried``, of which the last is no swinging any more
     ANGLE_ORDER = "angle_order"  # waves per revolution (or per metre times 2 pi)
     DISPLACEMENT = "displacement"  # a distance: up to that which the recording travels
+    GROWTH = "growth"  # a distance within which something grows by itself: about that which the recording travels
     STEEPNESS = "steepness"  # one over a distance
     SLOWNESS = "slowness"  # one over a speed
     ANGLE = "angle"  # a direction: the whole turn

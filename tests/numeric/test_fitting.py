@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_info
 from symdyn.compiler import compile_robot
 from symdyn.numeric import identify as identify_module
 from symdyn.numeric.band import band_of
-from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
+from symdyn.numeric.fitting import Fit, fit, joint_weight, minimise, relative_error
 from symdyn.numeric.identify import identify
 from symdyn.numeric.observation import observe
 from symdyn.numeric.workbench import Workbench
@@ -80,6 +80,16 @@ def test_what_the_recording_does_not_tell_is_said_and_kept_in_proportion(bench: 
     assert inertia + m * r**2 == pytest.approx(TURNING, rel=2e-3)
     for found, start in ((m, 1.6), (r, ARM), (inertia, 0.06)):
         assert found == pytest.approx(start, rel=0.5)
+
+
+@pytest.mark.parametrize("sizes", [{}, {"g": 30.0}])
+def test_of_what_nothing_is_known_its_size_may_be(bench: Workbench, sizes: dict[str, float]) -> None:
+    """Half the mass wants twice the gravity; a recording of no weight does not get it against a size that is told."""
+    begun, given = values(bench, m=0.5 * MASS), float(bench.kernel.values[bench.index["g"]])
+    nothing = np.zeros((*bench.effort.shape, 0))
+    unknown = frozenset({"g"})
+    p, _ = minimise(bench, begun, ("g",), nothing, np.zeros(0), (), 1e-9 * ONE, {}, sizes, 1.0, unknown)
+    assert p[bench.index["g"]] == pytest.approx(given if sizes else 2.0 * given, rel=0.1)
 
 
 def test_bounds_hold_and_bind(bench: Workbench) -> None:

@@ -14,7 +14,7 @@ from symdyn.numeric.explanation import Case
 from symdyn.numeric.findings import Verdict
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.regression import solve_linear
-from symdyn.numeric.scan import peaks, periodogram
+from symdyn.numeric.scan import grid, peaks, periodogram
 from symdyn.numeric.search import FOLDS, Search
 from symdyn.numeric.setting import Setting, prepare
 from symdyn.spec.records import Quantity, Robot, Side
@@ -50,6 +50,18 @@ def refitted(design: Array, target: Array) -> Array:
         rest = np.setdiff1d(np.arange(len(target)), block)
         errors[block] = target[block] - design[block] @ solve_linear(design[rest], target[rest])
     return errors
+
+
+def test_what_grows_by_itself_is_tried_with_distances_like_the_travel(robot: Robot, case: Case) -> None:
+    """Over ten times its own a loop that stiffens would be twenty thousand times as stiff."""
+    (law,) = (c for c in candidates(robot) if c.effect == "hardening_hysteresis")
+    travel = float(np.ptp(case.bench.observation.q))
+    shapes = grid(law, 0, case.bench)
+    assert sorted({d / travel for d, _ in shapes}) == pytest.approx([0.25, 0.5, 1.0, 2.0])
+    assert {ratio for _, ratio in shapes} == {1.0, 2.0, 5.0}
+    p = case.bench.kernel.values
+    for shape in shapes:
+        assert 0.0 < np.abs(case.laws.columns(law, shape, p)).max() < 100.0 * travel
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ class HardeningHysteresis(Effect):
             "the force is k D where loading has doubled the stiffness",
             null=None,
             lower=1e-12,
-            scan=Scan.DISPLACEMENT,
+            scan=Scan.GROWTH,
         ),
         ParameterSchema(
             "ratio",
