@@ -128,7 +128,7 @@ def _with_events(
     kernel = machine.kernel
     signals = read_signals(inputs, kernel.inputs, kernel.input_units)
     x = _named(start, kernel.states, "--start")
-    progress("simulating")
+    progress("simulating (the first time on a machine, what it needs is compiled: a minute or two)")
     found = simulate_events(machine, time, signals, start=x, tolerance=tolerance)
     energy, derivatives = None, None
     if files.energy is not None:
