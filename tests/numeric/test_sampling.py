@@ -72,7 +72,7 @@ def case_of(rate: int, dry: float) -> Case:
     return setting.earlier(-0.5 / rate).case(12.0)
 
 
-@pytest.mark.parametrize("rate", [50, 100])
+@pytest.mark.parametrize("rate", [50, pytest.param(100, marks=pytest.mark.slow)])
 def test_coarse_samples_of_a_complete_model_show_nothing_missing(rate: int) -> None:
     told = diagnose(robot_from_text(MODEL, "arm.toml"), sampled(1, rate), sampled(2, rate))
     assert (told.verdict, told.findings) == (Verdict.COMPLETE, ())

@@ -93,6 +93,7 @@ def test_efforts_that_act_late_are_told_though_that_is_little_of_what_is_left() 
     assert found.model["m"].value * found.model["r"].value == pytest.approx(MASS * ARM, rel=0.004)
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_what_is_unknown_is_not_told_as_late_efforts() -> None:
     """It is a little like them, and a skew beside it goes on leaving something."""
 

@@ -55,6 +55,7 @@ def shaken(seed: int, hardening: float = 0.0, highest: float = 120.0) -> Recordi
     return recording(time, noisy, force)
 
 
+@pytest.mark.slow  # a whole diagnosis
 def test_a_complete_model_is_told_complete_and_its_numbers_are_right() -> None:
     told = diagnose(robot_from_text(MODEL, "oscillator.toml"), shaken(1), shaken(2))
     assert (told.verdict, told.findings) == (Verdict.COMPLETE, ())

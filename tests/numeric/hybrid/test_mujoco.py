@@ -81,7 +81,8 @@ def theirs(inductance: bool, step: float) -> np.ndarray:
     return np.array(rows)
 
 
-@pytest.mark.parametrize("inductance", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow  # compiles a machine of its own by the general way
+@pytest.mark.parametrize("inductance", [True, False])
 def test_an_arm_with_two_motors_moves_as_in_mujoco(inductance: bool) -> None:
     """MuJoCo's currents go by first order in the step: two steps tell what none would give."""
     machine, found = ours(inductance)

@@ -247,7 +247,8 @@ def test_sensitivities_of_a_geometric_series() -> None:
     np.testing.assert_allclose(by_speed, q**k, rtol=1e-10, atol=1e-12)
 
 
-@pytest.mark.parametrize("reports", [11, pytest.param(31, marks=pytest.mark.slow)])
+@pytest.mark.slow  # a machine of its own, and two simulations for each parameter
+@pytest.mark.parametrize("reports", [11, 31])
 def test_sensitivities_across_samples_and_events_against_differences(reports: int) -> None:
     """A PI loop with a delay and a limit that is reached, friction that stops the wheel between samples."""
     gains = {"proportional": 3.0, "integral": 20.0, "limit": 4.0, "period": T, "delay": 0.3 * T}
