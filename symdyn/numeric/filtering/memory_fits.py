@@ -246,11 +246,15 @@ def _name(law: Candidate, parameter: str) -> str:
 
 
 def _top_speed(current: Explanation, latent: Latent) -> float:
-    n = len(latent.motion)
-    states = current.fit.bench.filtered(current.fit.p).states
-    return max(float(np.quantile(np.abs(states[:, n : 2 * n] @ latent.motion), 0.95)), 1e-12)
+    return max(float(np.quantile(np.abs(_moved(current, latent)[1]), 0.95)), 1e-12)
 
 
 def _travel(current: Explanation, latent: Latent) -> float:
+    return float(np.ptp(_moved(current, latent)[0]))
+
+
+def _moved(current: Explanation, latent: Latent) -> tuple[Array, Array]:
+    """(N,) displacements and speeds of a place."""
+    n = len(latent.motion)
     states = current.fit.bench.filtered(current.fit.p).states
-    return float(np.ptp(states[:, : len(latent.motion)] @ latent.motion))
+    return states[:, :n] @ latent.motion, states[:, n : 2 * n] @ latent.motion

@@ -15,7 +15,7 @@ from symdyn.numeric.filtering.likelihood import fit
 from symdyn.numeric.filtering.model import prepare, without_latent
 from symdyn.numeric.recording import Recording, read_recording
 from symdyn.spec.records import Robot
-from tests.numeric.filtering.test_hardening_loop import DAMPING, MASS, MODEL, RATE, SPRING
+from tests.numeric.filtering.oscillator import DAMPING, MASS, MODEL, RATE, SPRING
 
 COUNT, FINE = 2000, 32
 

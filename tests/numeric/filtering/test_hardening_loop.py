@@ -11,53 +11,11 @@ from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.recording import Recording, read_recording
 from symdyn.spec.records import Robot
+from tests.numeric.filtering.oscillator import DAMPING, MASS, MODEL, RATE, SPRING
 
-MASS, DAMPING, SPRING = 2.0, 10.0, 5e4
 ALPHA, BETA, GAMMA = 5e4, 800.0, -1100.0  # dz/dt = alpha v - beta |v| z - gamma v |z|
-RATE, SAMPLES, WITHIN = 750.0, 3000, 64
+SAMPLES, WITHIN = 3000, 64
 NOISE = 8e-6  # m
-MODEL = """
-[robot]
-name = "oscillator"
-gravity = [0, 0, 0]
-
-[parameters]
-m = "2.3 kg"
-c = "14 N s/m"
-k = "8e4 N/m"
-
-[dh]
-rows = [[0, "q", 0, 0]]
-
-[[joint]]
-name = "mass"
-link = { mass = "m" }
-
-[[effect]]
-type = "viscous_friction"
-at = "mass"
-coefficient = "c"
-
-[[effect]]
-type = "linear_spring"
-at = "mass"
-stiffness = "k"
-
-[recording]
-time = { column = "t", unit = "s" }
-
-[[recording.channel]]
-column = "x"
-quantity = "position"
-joint = "mass"
-unit = "m"
-
-[[recording.channel]]
-column = "f"
-quantity = "effort"
-joint = "mass"
-unit = "N"
-"""
 
 
 def record(path: Path, robot: Robot, seed: int) -> Recording:
