@@ -11,10 +11,11 @@ import matplotlib
 import numpy as np
 import pytest
 
+from symdyn.compiler import robot_from_text
 from symdyn.derive.equations import equations_of_motion
 from symdyn.emit.latex import terms_with
 from symdyn.faces.report import render_report, write_report
-from symdyn.faces.report.plots import plots
+from symdyn.faces.report.plots import plots, position_units
 from symdyn.faces.report.sections import (
     findings_table,
     joints_table,
@@ -26,6 +27,7 @@ from symdyn.faces.report.sections import (
 from symdyn.faces.report.series import binned_mean, runs, thinned, worst_window
 from symdyn.faces.report.specification import marked_specification
 from symdyn.numeric.findings import Estimate, MissingForce, NextExperiment, Rival, Verdict
+from tests.numeric.slide import SLIDE
 
 from .fake_diagnosis import COULOMB, RIPPLE, diagnosis, two_link, with_findings, without_findings
 
@@ -286,3 +288,9 @@ def test_numbers_at_the_other_end_of_a_gear_are_shown() -> None:
     rows = findings_table(diagnosis(None, replace(COULOMB, elsewhere=beyond)))
     assert "at shoulder.motor instead" in rows
     assert "0.01378" in rows
+
+
+def test_what_slides_is_drawn_in_metres() -> None:
+    """Where a filter followed it, by the name of its channel."""
+    robot = robot_from_text(SLIDE, "slide.toml")
+    assert position_units(robot, ("arm", "arm.q", "arm.motor.q", "other")) == ["m", "m", "rad", "rad"]

@@ -38,7 +38,7 @@ def plots(diagnosis: Diagnosis) -> Markup:
     run = longest_run(traces.time) if len(traces.time) > 1 else slice(0, 0)
     if run.stop - run.start < FEWEST:
         return Markup("<p>The held-out recording is too short for plots.</p>")
-    units = _position_units(diagnosis.robot, traces.joints)
+    units = position_units(diagnosis.robot, traces.joints)
     with page_style():
         return Markup("\n").join(
             [
@@ -198,9 +198,10 @@ def _size(values: Array) -> Array:
     return np.where(size > 0, size, 1.0)
 
 
-def _position_units(robot: Robot, joints: Sequence[str]) -> list[str]:
+def position_units(robot: Robot, joints: Sequence[str]) -> list[str]:
+    """Of joints, or of their channels where a filter followed them."""
     sliding = {joint.name for joint in robot.joints if joint.kind is JointKind.PRISMATIC}
-    return ["m" if joint in sliding else "rad" for joint in joints]
+    return ["m" if {joint, joint.rpartition(".")[0]} & sliding else "rad" for joint in joints]
 
 
 def _unit(unit: str) -> str:
