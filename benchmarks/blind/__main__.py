@@ -33,7 +33,7 @@ and how, stands in [blind.md](blind.md).
 
 def main(arguments: Sequence[str] | None = None) -> None:
     options = _options().parse_args(arguments)
-    cases = chosen(options.machines, options.level, options.groups, options.cases)
+    cases = chosen(all_cases(options.draw), options.machines, options.level, options.groups, options.cases)
     cases = cases[options.skip :][: options.first]
     if options.list:
         print("\n".join(case.id for case in cases))
@@ -54,12 +54,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def chosen(
-    machines: Sequence[str], levels: Sequence[str], groups: Sequence[str], patterns: Sequence[str]
+    cases: Sequence[Case],
+    machines: Sequence[str],
+    levels: Sequence[str],
+    groups: Sequence[str],
+    patterns: Sequence[str],
 ) -> list[Case]:
-    """The cases of the machines, levels and groups whose id fits one of the patterns; none given: all."""
+    """Those of the machines, levels and groups whose id fits one of the patterns; none given: all."""
     return [
         case
-        for case in all_cases()
+        for case in cases
         if (not machines or case.machine in machines)
         and (not levels or case.level in levels)
         and (not groups or case.group in groups)
@@ -74,6 +78,9 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--level", type=_one_of(LEVELS), default=[], metavar="A,B", help="noise: " + ", ".join(LEVELS))
     parser.add_argument("--groups", type=_one_of(GROUPS), default=[], metavar="A,B", help=", ".join(GROUPS))
     parser.add_argument("--cases", action="append", default=[], metavar="PATTERN", help="ids, with * for anything")
+    parser.add_argument(
+        "--draw", type=_count, default=0, metavar="N", help="other cases, as many of every sort: 1, 2, ... (0)"
+    )
     parser.add_argument("--skip", type=int, default=0, metavar="N", help="leave out the first N of them")
     parser.add_argument("--first", type=int, metavar="N", help="no more than N of the rest: a fair sample")
     parser.add_argument(
@@ -92,6 +99,12 @@ def _options() -> argparse.ArgumentParser:
     )
     parser.add_argument("--add", type=Path, metavar="FILE.json", help="scores of other runs, to be counted along")
     return parser
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"'{text}' is no whole number from 0 on")
+    return int(text)
 
 
 def _one_of(allowed: Sequence[str]) -> object:

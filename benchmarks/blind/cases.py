@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import product
 
 from benchmarks.blind.axis import Axis
@@ -35,6 +35,7 @@ NULLS = {  # at the middle level
 }  # fmt: skip
 PAIRS = {"axis": 12, "two-link": 24, "six-joint": 8, "rigid-drive": 8, "seed-drive": 16, "geared-arm": 8}
 GROUPS = ("null", "single", "pair", "unknown", "recording")
+DRAW = 1000  # between the seeds of a draw and the next one
 
 _ARM_ONLY = ("counterbalance", "load_dependent")
 _KINDS: Mapping[tuple[str, str], tuple[str, ...]] = {  # what can be planted, and told, at a place
@@ -94,6 +95,11 @@ class Case:
         return f"{self.machine}_{self.group}_{what}_{self.level}_{self.seed}"
 
     @property
+    def draw(self) -> int:
+        """By which draw of all cases this one is made."""
+        return self.seed // DRAW
+
+    @property
     def lot(self) -> str:
         """By this the cases are put in order: any that are done first are a fair sample of all."""
         return hashlib.sha256(self.id.encode()).hexdigest()
@@ -128,11 +134,25 @@ class Case:
         return {name: value * rng.uniform(1 - OFF, 1 + OFF) for name, value in self.true.items()}
 
 
-def all_cases() -> list[Case]:
-    """Every case, in the order in which they are run."""
-    found = [*_nulls(), *_singles(), *_pairs(), *_unknowns(), *_recordings()]
+def all_cases(draw: int = 0) -> list[Case]:
+    """Every case, in the order in which they are run.
+
+    Each ``draw`` has as many of every sort, with other numbers, other pairs and another order: cases that nobody saw.
+    """
+    drawn = (*_nulls(), *_singles(), *_pairs(draw), *_unknowns(), *_recordings(draw))
+    found = [replace(case, seed=case.seed + DRAW * draw) for case in drawn]
     assert len({case.id for case in found}) == len(found)
     return sorted(found, key=lambda case: case.lot)
+
+
+def case_of(id: str) -> Case:
+    """The case of that id, of whichever draw."""
+    return _by_id(int(id.rsplit("_", 1)[1]) // DRAW)[id]
+
+
+@cache
+def _by_id(draw: int) -> dict[str, Case]:
+    return {case.id: case for case in all_cases(draw)}
 
 
 def _nulls() -> Iterator[Case]:
@@ -153,10 +173,10 @@ def _singles() -> Iterator[Case]:
                     yield Case("six-joint", "single", ((kind, places[(turn + seed) % len(places)]),), level, seed)
 
 
-def _pairs() -> Iterator[Case]:
+def _pairs(draw: int) -> Iterator[Case]:
     for (machine, count), level in product(PAIRS.items(), LEVELS):
         for seed in range(count if level == "middle" else count // 4):
-            yield Case(machine, "pair", _two(machine, level, seed), level, seed)
+            yield Case(machine, "pair", _two(machine, level, seed + DRAW * draw), level, seed)
 
 
 def _two(machine: str, level: str, seed: int) -> tuple[tuple[str, str], ...]:
@@ -189,7 +209,7 @@ def _unknowns() -> Iterator[Case]:
             yield Case(machine, "unknown", ((kind, place),), level, 0)
 
 
-def _recordings() -> Iterator[Case]:
+def _recordings(draw: int) -> Iterator[Case]:
     """Faults of recordings: those that can be mended with nothing else concealed, and beside an effect."""
     without = {"axis": ("turned_angles", "exchanged_efforts", "degrees")}  # of which it has none
     for machine, level, kind in product(("axis", "two-link", "six-joint"), LEVELS, BLEMISHES):
@@ -198,7 +218,8 @@ def _recordings() -> Iterator[Case]:
         yield Case(machine, "recording", ((kind, ""),), level, 0)
         if kind not in REFUSED:
             open_ = [found for found in _open(machine) if found[0] not in WHOLE]
-            other = open_[rng_of("beside", kind, machine, level).integers(len(open_))]
+            drawn = (draw,) if draw else ()  # those of the first are as they always were
+            other = open_[rng_of("beside", kind, machine, level, *drawn).integers(len(open_))]
             yield Case(machine, "recording", ((kind, ""), other), level, 1)
 
 

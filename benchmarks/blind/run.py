@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchmarks.blind.cases import Case, all_cases, model, oracle_model, recordings
+from benchmarks.blind.cases import Case, case_of, model, oracle_model, recordings
 from benchmarks.blind.tool import IDENTIFY, ask
 from symdyn.numeric.executor import Executor, Progress, Task
 
@@ -30,7 +29,7 @@ def run_all(cases: Sequence[Case], setting: Setting, executor: Executor, progres
 
 def run_task(task: Task, _: int) -> dict[str, Any]:
     """The record of one case: truth, answer, time, and the error that is left to one who knows the truth."""
-    case = _by_id()[task["case"]]
+    case = case_of(task["case"])
     training, heldout = recordings(case)
     answer = ask(task["command"], model(case), training, heldout, task["limit"])
     band = (answer.facts or {}).get("band_hz")
@@ -61,15 +60,10 @@ def kept(cases: Sequence[Case], setting: Setting, store: Path) -> list[dict[str,
     for path in sorted(store.glob("*.json")):
         entry = json.loads(path.read_text(encoding="utf-8"))
         case = entry["task"]["case"]
-        if case in wanted and entry["task"] == _task(_by_id()[case], setting):
+        if case in wanted and entry["task"] == _task(case_of(case), setting):
             found.append(entry["result"])
     return sorted(found, key=lambda record: str(record["id"]))
 
 
 def _task(case: Case, setting: Setting) -> dict[str, Any]:
     return {"case": case.id, "command": list(setting.command), "oracle": setting.oracle, "limit": setting.limit}
-
-
-@cache
-def _by_id() -> dict[str, Case]:
-    return {case.id: case for case in all_cases()}

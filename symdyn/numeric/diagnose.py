@@ -49,7 +49,7 @@ from symdyn.numeric.skew import (
     tells_nearly_all,
     with_skew,
 )
-from symdyn.numeric.too_quick import doubtful, too_quick
+from symdyn.numeric.too_quick import too_quick
 from symdyn.numeric.torque_sensors import parts
 from symdyn.numeric.trembling import with_trembling
 from symdyn.numeric.united import united
@@ -120,7 +120,7 @@ def _by_either_way(
         begun = _begun(part, robot, runs, band, fixed, progress)
         quick = too_quick(begun.case.bench, begun.given.fit.p, begun.case.joints)
         if not quick or part.drive is not None or not can_follow(robot):
-            found = _diagnose(begun.noting(*doubtful(quick)), band, progress)
+            found = _diagnose(begun.noting(*quick), band, progress)
             return replace(found, alarms=(*told, *untested(robot, mechanics(robot)), *found.alarms))
         progress("the motion is too quick for derivatives over its samples: a filter follows it")
     from symdyn.numeric.filtering.diagnose import diagnose_hidden  # compiles the filter as it is imported

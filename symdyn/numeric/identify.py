@@ -24,7 +24,7 @@ from symdyn.numeric.reading import declared
 from symdyn.numeric.readings import read
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.sizes import sizes
-from symdyn.numeric.too_quick import doubtful, too_quick
+from symdyn.numeric.too_quick import too_quick
 from symdyn.numeric.torque_sensors import parts
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.records import Robot
@@ -80,7 +80,7 @@ def identify(
             found[n] = Estimate(float(done.fit.p[bench.index[n]]), done.fit.standard_error(n), unit)
         cutoff = max(cutoff, bench.band.cutoff if bench.band else 0.0)
         errors += [relative_error(bench.residual(done.fit.p), bench.effort) ** 2] * len(piece.joints)
-        told += map(part.named, doubtful(too_quick(bench, done.fit.p, [joint.name for joint in piece.joints])))
+        told += map(part.named, too_quick(bench, done.fit.p, [joint.name for joint in piece.joints]))
     return Identification(found, math.sqrt(fmean(errors)), cutoff, tuple(told))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from symdyn.numeric.beyond_noise import left_by_positions
 from symdyn.numeric.explanation import joint_errors
 from symdyn.numeric.noise_floor import in_band, noise_density
+from symdyn.numeric.observation import Observation
+from symdyn.numeric.position_noise import position_density
 from symdyn.numeric.sampling import left_by_derivatives
 from symdyn.numeric.workbench import Workbench
 
@@ -17,21 +19,37 @@ Array = NDArray[np.float64]
 
 MUCH = 0.02  # of the effort: less than the laws that one looks for tell of it
 BEYOND = 2.0  # times what the noise of the sensors leaves
+MOST = 0.5  # of the motion's power
 
 
-def too_quick(bench: Workbench, p: Array, joints: Sequence[str]) -> dict[str, float]:
-    """Joints, and the part of their efforts that derivatives leave, where that is much, and more than noise."""
+def too_quick(bench: Workbench, p: Array, joints: Sequence[str]) -> list[str]:
+    """What people should know where derivatives leave much of an effort, and more than noise; nothing, if they do not.
+
+    Nor may what is differentiated leave out most of all motion: no noise floor is seen below a motion that goes up to
+    half the rate, and what is slow in it is taken for all there is.
+    """
     left = left_by_derivatives(bench, p)
     noise = np.hypot(in_band(noise_density(bench, p), bench), left_by_positions(bench, p))
     beyond = np.sqrt(np.mean(left**2, axis=0)) > BEYOND * noise
     parts = joint_errors(left, bench)
-    return {joint: float(part) for joint, part, more in zip(joints, parts, beyond, strict=True) if more and part > MUCH}
-
-
-def doubtful(parts: Mapping[str, float]) -> list[str]:
-    """What people should know, where a filter could not be asked instead."""
-    return [
+    doubts = [
         f"{joint} moves too quickly for its samples: derivatives alone leave {100.0 * part:.0f} % of its effort, and "
         "what is found or not found in the rest may be wrong; sample more often"
-        for joint, part in parts.items()
+        for joint, part, more in zip(joints, parts, beyond, strict=True)
+        if more and part > MUCH
     ]
+    unseen = _left_out(bench.observation)
+    if not np.all(unseen > MOST):
+        return doubts
+    return [
+        *doubts,
+        f"at least {100.0 * float(unseen.min()):.0f} % of the motion's power is quicker than the "
+        f"{bench.observation.cutoff:.3g} Hz below which it was looked at; sample more often",
+    ]
+
+
+def _left_out(o: Observation) -> Array:
+    """(n,) part of each motion's power, without the noise of its sensor, that is not in what is differentiated."""
+    motion = np.maximum(np.var(o.measured, axis=0), 1e-300)
+    noise = 0.5 * o.rate * position_density(o)
+    return np.asarray((np.mean((o.measured - o.q) ** 2, axis=0) - noise) / motion)

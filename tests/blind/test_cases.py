@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from benchmarks.blind.blemishes import BLEMISHES, REFUSED
-from benchmarks.blind.cases import DRAWS, MACHINES, Case, all_cases, model, oracle_model
+from benchmarks.blind.cases import DRAW, DRAWS, MACHINES, Case, all_cases, case_of, model, oracle_model
 from benchmarks.blind.unknown import UNKNOWN
 from symdyn.compiler import robot_from_text
 from symdyn.physics import catalogue
@@ -44,6 +44,22 @@ def test_the_same_every_time() -> None:
         other = next(c for c in again if c.id == case.id)
         assert other.planted == case.planted
         assert (other.true, other.given) == (case.true, case.given)
+
+
+def test_another_draw_is_other_cases_of_the_same_sorts() -> None:
+    other = all_cases(2)
+    assert Counter((c.machine, c.group, c.level) for c in other) == Counter(
+        (c.machine, c.group, c.level) for c in CASES
+    )
+    assert not {case.id for case in other} & {case.id for case in CASES}
+    assert all(case.draw == 2 and case_of(case.id) == case for case in other[:20])
+    drawn = next(c for c in other if c.group == "single" and c.seed == 2 * DRAW)
+    same = next(
+        c for c in CASES if (c.kinds, c.machine, c.level, c.seed) == (drawn.kinds, drawn.machine, drawn.level, 0)
+    )
+    assert (same.true, same.given) != (drawn.true, drawn.given)
+    pairs = [{c.kinds for c in cases if c.group == "pair"} for cases in (other, CASES)]
+    assert len(pairs[0] - pairs[1]) > 40
 
 
 def test_parameters_are_off_by_up_to_30_percent() -> None:

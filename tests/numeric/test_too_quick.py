@@ -86,3 +86,11 @@ def test_a_fit_by_inverse_dynamics_alone_tells_its_doubts_too() -> None:
     slow = identify(robot, shaken(1, 0.0, 8.0), band=10.0)
     assert slow.alarms == ()
     assert slow.parameters["k"].value == pytest.approx(STIFFNESS, rel=0.01)
+
+
+def test_a_motion_that_is_hardly_looked_at_is_told() -> None:
+    """So stiff that its motion goes up to half the rate: what is slow in it is differentiated, and is little."""
+    chaotic = identify(robot_from_text(MODEL, "oscillator.toml"), shaken(1, 1.0e9, 200.0))
+    assert [alarm.partition(" is quicker than")[0] for alarm in chaotic.alarms] == [
+        "at least 86 % of the motion's power"
+    ]
