@@ -48,6 +48,10 @@ class Candidate:
         """Whether a place may have several of it: waves of different orders."""
         return [schema.scan for schema in self.shapes] == [Scan.ANGLE_ORDER]
 
+    def name_of(self, parameter: str) -> str:
+        """What it is called in a robot with this effect, by its name in the effect's declaration."""
+        return next(self.parameter(s) for s in (*self.linear, *self.shapes) if s.name == parameter)
+
     def parameter(self, schema: ParameterSchema) -> str:
         """A name for the parameter that no other place or effect has."""
         which = f"_{self.number}" if self.number > 1 else ""

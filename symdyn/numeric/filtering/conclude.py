@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import Candidate
+from symdyn.numeric.filtering.alarms import moved, out_of_reach, untold
 from symdyn.numeric.filtering.explain import ROUGH, ROUNDS
 from symdyn.numeric.filtering.hypotheses import kept
 from symdyn.numeric.filtering.judged import WORTH, Explanation
@@ -61,10 +62,11 @@ def conclude(
     floor = noise_floor(model, final.fit)
     remaining = that_matters(left_over(model, final, after, floor), findings, {})
     channels, mismatch = model.heldout.judged, beyond(before.heldout, floor.errors.heldout) > SHARE
-    moved = _moved(model, final.fit)
+    far = moved(model, final.fit)
     wrong = refuted(model, final) if remaining.structured else ()
-    verdict = verdict_of(findings, remaining, before, after, ALL if moved else HOLDS if wrong else EXPLAINED)
+    verdict = verdict_of(findings, remaining, before, after, ALL if far else HOLDS if wrong else EXPLAINED)
     told = [f"the law of {law} does not hold: what is left follows the {variable} there" for law, variable in wrong]
+    more = told if verdict is Verdict.UNEXPLAINED else []
     return Diagnosis(
         verdict=verdict,
         robot=robot,
@@ -75,7 +77,7 @@ def conclude(
         after=after,
         per_joint={channel: Errors(float(a), float(b)) for channel, a, b in zip(channels, *final.errors, strict=True)},
         remaining=remaining,
-        alarms=tuple(dict.fromkeys((*alarms, *moved, *(told if verdict is Verdict.UNEXPLAINED else ())))),
+        alarms=tuple(dict.fromkeys((*alarms, *far, *out_of_reach(model, final), *untold(findings), *more))),
         band=0.5 / float(np.nanmedian(model.training.steps)),
         training=names[0],
         heldout=names[1],
@@ -185,25 +187,6 @@ def _located(
         )
         for place in likely
     )
-
-
-def _moved(model: Model, of: MLFit) -> list[str]:
-    """Parameters that went where no data sheet is wrong: they may be absorbing what the model lacks."""
-    told = []
-    for name, belief in model.beliefs.items():
-        value = float(of.p[of.bench.index[name]])
-        if belief.positive and abs(math.log(value) - belief.centre) > 3.0 * belief.spread:
-            told.append(
-                f"{name} went from {math.exp(belief.centre):.3g} to {value:.3g}: it may be absorbing missing structure"
-            )
-        if belief.like in model.beliefs:
-            other = float(of.p[of.bench.index[belief.like]])
-            if abs(math.log(value / other)) > 3.0 * belief.apart:
-                told.append(
-                    f"{name} is {value / other:.3g} times {belief.like}, and of one motor both are the same in SI: "
-                    "one is for other currents or voltages than those recorded, or it absorbs missing structure"
-                )
-    return told
 
 
 def _traces(model: Model, given: Explanation, final: Explanation) -> Traces:

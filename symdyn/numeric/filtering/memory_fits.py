@@ -20,6 +20,7 @@ from symdyn.numeric.filtering.model import Model, carried, prepare
 from symdyn.numeric.filtering.places import Latent
 from symdyn.numeric.filtering.score import Score
 from symdyn.numeric.filtering.side_by_side import side_by_side
+from symdyn.numeric.filtering.travel import travel
 from symdyn.numeric.recording import Recording
 from symdyn.physics import catalogue
 
@@ -91,7 +92,7 @@ def with_memory(
         for item in current.found
         if not (item[0].effect in contained and item[0].place.address == loop.latent.place)
     )
-    speed = _top_speed(current, loop.latent)
+    speed = travel(current, loop.latent).usual
     beside = _Beside(model, current, kept, loop.group, loop.gain, speed, least, recordings, progress, bare)
     start: Start = (loop.level, *loop.shape)
     steps: list[tuple[Model, Step]] = []
@@ -126,7 +127,7 @@ def with_wider_law(
         return ()
     wider = {law: size for law, size in HYSTERESIS.items() if simplest.effect in catalogue()[law].generalises}
     kept = tuple(item for item in current.found if item[0] is not simplest)
-    beside = _Beside(model, current, kept, (at,), 0.0, _top_speed(current, latent), least, recordings, progress)
+    beside = _Beside(model, current, kept, (at,), 0.0, travel(current, latent).usual, least, recordings, progress)
     laws, beyond = _in_turn(memories(model.robot, at, wider))
     steps = _side_by_side(beside, laws, _where_it_ends(simplest, current.fit))
     return _by_worth((*steps, *_beyond_reach(beside, latent, steps, beyond)))
@@ -162,11 +163,11 @@ def _beyond_reach(
     """Loops without a level, where the fit of one with a level put it where the motion hardly comes."""
     ends = [end for _, step in steps if (end := _end(step.score.candidate, step.after.fit))]
     level, distance, shape = max(ends, key=lambda end: end[1], default=(0.0, 0.0, 0.0))
-    travel = _travel(beside.current, latent)
-    if not ends or distance < REACHED * travel:
+    width = travel(beside.current, latent).width
+    if not ends or distance < REACHED * width:
         return []
     # As stiff there, and as far apart on both ways; the level is on the other side of infinity.
-    return _side_by_side(beside, beyond, (level / distance, 0.5 * travel, 1.0 + shape * travel / distance))
+    return _side_by_side(beside, beyond, (level / distance, 0.5 * width, 1.0 + shape * width / distance))
 
 
 def _end(law: Candidate, of: MLFit) -> tuple[float, float, float] | None:
@@ -177,7 +178,7 @@ def _end(law: Candidate, of: MLFit) -> tuple[float, float, float] | None:
     if law.effect != LOOP or dict(law.counts)["exponent"] != 1.0:
         return None
     level, distance, shape = (
-        float(of.p[of.bench.index[_name(law, x)]]) for x in ("level", "yield_displacement", "shape")
+        float(of.p[of.bench.index[law.name_of(x)]]) for x in ("level", "yield_displacement", "shape")
     )
     return level, distance, shape
 
@@ -188,7 +189,7 @@ def _by_worth(steps: Iterable[tuple[Model, Step]]) -> tuple[tuple[Model, Step], 
 
 def _where_it_ends(simplest: Candidate, of: MLFit) -> Start:
     """Level, and distance within which friction builds up."""
-    level, stiffness = (float(of.p[of.bench.index[_name(simplest, x)]]) for x in ("level", "stiffness"))
+    level, stiffness = (float(of.p[of.bench.index[simplest.name_of(x)]]) for x in ("level", "stiffness"))
     return level, level / stiffness
 
 
@@ -213,8 +214,8 @@ def _fitted(
         own = p.copy()
         beliefs = dict(others)
         for name, value in values.items():
-            own[bench.index[_name(law, name)]] = value
-            beliefs[_name(law, name)] = untold(value)
+            own[bench.index[law.name_of(name)]] = value
+            beliefs[law.name_of(name)] = untold(value)
         if bare is not None:
             own = fit(carried(trial, current.fit.p, bare)[1], own, beliefs, most=FEW).p
         fits.append((fit(bench, own, beliefs, most=FEW), beliefs))
@@ -239,22 +240,3 @@ def _starts(law: Candidate, start: tuple[float, ...], speed: float) -> list[dict
         return [{"level": level, "yield_displacement": distance, "shape": shape} for shape in shapes]
     first = {"stiffness": level / distance, "damping": 0.1 * level / speed, "level": level, "excess": 0.3 * level}
     return [{**first, "stribeck_velocity": part * speed} for part in (SLOWEST, SLOW)]
-
-
-def _name(law: Candidate, parameter: str) -> str:
-    return next(law.parameter(s) for s in (*law.linear, *law.shapes) if s.name == parameter)
-
-
-def _top_speed(current: Explanation, latent: Latent) -> float:
-    return max(float(np.quantile(np.abs(_moved(current, latent)[1]), 0.95)), 1e-12)
-
-
-def _travel(current: Explanation, latent: Latent) -> float:
-    return float(np.ptp(_moved(current, latent)[0]))
-
-
-def _moved(current: Explanation, latent: Latent) -> tuple[Array, Array]:
-    """(N,) displacements and speeds of a place."""
-    n = len(latent.motion)
-    states = current.fit.bench.filtered(current.fit.p).states
-    return states[:, :n] @ latent.motion, states[:, n : 2 * n] @ latent.motion

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from symdyn.numeric.filtering.bench import FilterBench
 from symdyn.numeric.filtering.budget import allowed
+from symdyn.numeric.filtering.hypotheses import WARMING
 from symdyn.numeric.filtering.judged import (
     EARNS,
     LEVEL,
@@ -22,6 +23,7 @@ from symdyn.numeric.filtering.judged import (
 from symdyn.numeric.filtering.memory import Lasting
 from symdyn.numeric.filtering.memory_fits import with_memory
 from symdyn.numeric.filtering.model import Model
+from symdyn.numeric.filtering.travel import travel
 from symdyn.numeric.recording import Recording
 
 Progress = Callable[[str], None]
@@ -67,7 +69,19 @@ def laws_with_memory(
 
 def likelier(laws: Laws, current: Explanation, best: Step | None) -> Laws:
     """Those that earn their place, and explain more than ``best``."""
-    return tuple((own, law) for own, law in laws if _earns(own, current, law, best))
+    return tuple((own, law) for own, law in laws if _earns(own, current, law, best) and warms_slowly(own, law.after))
+
+
+def warms_slowly(model: Model, of: Explanation) -> bool:
+    """Whether heat that was found outlasts a stroke: else it follows the speed, as any law of speed does."""
+    for candidate, _ in of.found:
+        latent = next((each for each in model.latents if each.place == candidate.place.address), None)
+        if candidate.effect in WARMING and latent is not None:
+            numbers = (candidate.name_of(name) for name in ("heat_capacity", "thermal_resistance"))
+            capacity, resistance = (float(of.fit.p[of.fit.bench.index[name]]) for name in numbers)
+            if not capacity * resistance > travel(of, latent).stroke:
+                return False
+    return True
 
 
 def suffice(laws: Laws) -> bool:

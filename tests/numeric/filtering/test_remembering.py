@@ -11,11 +11,12 @@ import pytest
 
 from symdyn.compiler import load_robot
 from symdyn.numeric.filtering import memory_fits, propose, remembering
-from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING
+from symdyn.numeric.filtering.hypotheses import HYSTERESIS, WARMING, memories
 from symdyn.numeric.filtering.judged import Explanation, Step
 from symdyn.numeric.filtering.memory import Lasting
 from symdyn.numeric.filtering.model import Model
 from symdyn.numeric.filtering.places import Latent
+from symdyn.numeric.filtering.travel import Travel
 
 SAMPLES = 5000
 MODEL = cast(Model, SimpleNamespace(training=SimpleNamespace(y=np.zeros((SAMPLES, 1)))))
@@ -92,9 +93,8 @@ def test_others_are_compiled_only_where_the_simplest_law_is_worth_it(monkeypatch
         done = SimpleNamespace(loss=-gain, p=np.ones(len(names)), bench=SimpleNamespace(index=names), beliefs={})
         return done if gain - memory_fits.price(model, law) >= least else None
 
-    travel = [3.0]
-    monkeypatch.setattr(memory_fits, "_top_speed", lambda *_: 1.0)
-    monkeypatch.setattr(memory_fits, "_travel", lambda *_: travel[0])
+    width = [3.0]
+    monkeypatch.setattr(memory_fits, "travel", lambda *_: Travel(width[0], fastest=1.0, usual=1.0, stroke=1.0))
     monkeypatch.setattr(memory_fits, "prepare", lambda *_: model)
     monkeypatch.setattr(memory_fits, "_fitted", rough)
     monkeypatch.setattr(memory_fits, "explained", lambda own, found, beliefs, done: SimpleNamespace(fit=done))
@@ -115,7 +115,7 @@ def test_others_are_compiled_only_where_the_simplest_law_is_worth_it(monkeypatch
     assert {least for _, least in fitted} == {worth - 1.0}
     assert len(told) == 6
     assert "hardening_hysteresis" not in [name for name, _ in fitted]
-    travel[0] = 0.5  # the loop of Bouc and Wen ends at a displacement of 1: it has no level that the motion shows
+    width[0] = 0.5  # the loop of Bouc and Wen ends at a displacement of 1: it has no level that the motion shows
     assert "hardening_hysteresis" in laws(worth - 1.0)
     assert len(told) == 8
 
@@ -128,3 +128,18 @@ def test_memory_comes_first_where_it_promises_more_than_the_best(
     for late, expected in (((), first), ((99.0,), first), ((101.0,), False)):
         monkeypatch.setattr(propose, "late_sensors", lambda *_, late=late: [SimpleNamespace(gain=x) for x in late])
         assert propose.promises_most(MODEL, NOTHING, best, [loop("joint", 150.0, 100.0)]) is expected
+
+
+@pytest.mark.parametrize(("stroke", "warms"), [(0.2, True), (4.0, False)])
+def test_heat_that_is_gone_before_a_stroke_ends_is_none(
+    monkeypatch: pytest.MonkeyPatch, stroke: float, warms: bool
+) -> None:
+    (law,) = memories(load_robot("irb6-axis1"), "axis1.motor", WARMING)
+    names = {law.parameter(s): i for i, s in enumerate((*law.linear, *law.shapes))}
+    numbers = {"coefficient": 0.01, "heat_capacity": 0.05, "thermal_resistance": 20.0}  # a second
+    p = np.array([numbers[s.name] for s in (*law.linear, *law.shapes)])
+    fit = SimpleNamespace(p=p, bench=SimpleNamespace(index=names))
+    of = cast(Explanation, SimpleNamespace(found=((law, None),), fit=fit))
+    model = cast(Model, SimpleNamespace(latents=(Latent("axis1.motor", np.ones(1), np.ones(1)),)))
+    monkeypatch.setattr(remembering, "travel", lambda *_: Travel(1.0, 1.0, 1.0, stroke))
+    assert remembering.warms_slowly(model, of) is warms
