@@ -128,5 +128,5 @@ def _found(finding: dict[str, Any]) -> str:
     values = ", ".join(
         f"{name} = {with_unit(plain_number(e['value']), e['unit'])}" for name, e in finding["parameters"].items()
     )
-    unsure = "?" if finding["rivals"] else ""
+    unsure = "?" if any(not rival.get("same_law") for rival in finding["rivals"]) else ""
     return f"{effect_title(finding['effect'])}{unsure} at {finding['place']}: {values}"

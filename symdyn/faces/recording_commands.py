@@ -21,6 +21,7 @@ from symdyn.faces.words import (
     parameter_lines,
     percent,
     quantity_text,
+    same_law_words,
     verdict_sentence,
 )
 from symdyn.numeric.experiment.next_experiment import Plan
@@ -179,6 +180,9 @@ def show(result: Diagnosis) -> None:
             out.print(
                 f"cannot tell {finding.title} at {finding.place} from {rival.effect} at {rival.place}", markup=False
             )
+    names = {(s.effect, s.place): same_law_words(f, s) for f in result.findings for s in f.same_as}
+    for words in names.values():
+        out.print(words, style="dim", markup=False)
     left = result.remaining
     shape = f", {percent(left.share)} of its power follows the {left.variable}" if left.variable else ""
     unlike = "slow, unlike noise" if left.slow >= left.beyond_noise else "beyond what noise would leave"

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from types import MappingProxyType
 
-from symdyn.numeric.findings import Diagnosis, Estimate, Finding, Located, Verdict
+from symdyn.numeric.findings import Diagnosis, Estimate, Finding, Located, SameLaw, Verdict
 from symdyn.numeric.groups import elsewhere
 from symdyn.physics import catalogue
 
@@ -108,6 +108,13 @@ def told_elsewhere(finding: Finding) -> Mapping[str, Mapping[str, Estimate]]:
     """What the finding's numbers are at other places of its group, where they are not the same."""
     own = finding.parameters
     return {place: values for place, values in finding.elsewhere.items() if values != own}
+
+
+def same_law_words(finding: Finding, same: SameLaw) -> str:
+    """What it is together with what acts beside it: no rival, since no motion tells the two apart."""
+    parts = _joined([finding.title, *(effect_title(effect) for effect in same.beside)], " and ")
+    numbers = ", ".join(f"{name} {quantity_text(e)}" for name, e in same.parameters.items())
+    return f"{parts} at {finding.place} are in other words {effect_title(same.effect)}: {numbers}"
 
 
 def nats(evidence: float) -> str:

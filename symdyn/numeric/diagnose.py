@@ -26,6 +26,7 @@ from symdyn.numeric.leftover import SHARE, slow_share
 from symdyn.numeric.mechanics import mechanics, untested
 from symdyn.numeric.mere_filter import merely_filters, without_swinging
 from symdyn.numeric.nested import generalised, simplified
+from symdyn.numeric.other_words import in_other_words
 from symdyn.numeric.proof import proved
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.rest import often_stands
@@ -95,7 +96,7 @@ def diagnose(
             seen = part.seen(whole, runs[0]), part.seen(whole, runs[1])
             found.append(_by_either_way(part, whole, seen, band, hold, thorough, _told_by(part, progress)))
     told = [*doubts(training, heldout), *told]
-    return united(robot, pieces, found, told)
+    return in_other_words(united(robot, pieces, found, told))
 
 
 def _told_by(part: Part, progress: Progress) -> Progress:

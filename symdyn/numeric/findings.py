@@ -71,6 +71,26 @@ class Alternative:
 
 
 @dataclass(frozen=True, slots=True)
+class SameLaw:
+    """The law that a finding is together with ``beside``, other effects at its place: another name, and no rival."""
+
+    effect: str
+    place: str
+    beside: tuple[str, ...]
+    parameters: Mapping[str, Estimate]
+
+    def to_json(self) -> Json:
+        return {
+            "effect": self.effect,
+            "place": self.place,
+            "p_value": 1.0,
+            "same_law": True,
+            "beside": list(self.beside),
+            "parameters": estimates_json(self.parameters),
+        }
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
     """A missing effect. Errors are relative, on held-out data, before and after it was added.
 
@@ -92,6 +112,7 @@ class Finding:
     evidence: float = 0.0
     elsewhere: Mapping[str, Mapping[str, Estimate]] = field(default_factory=dict)
     number: int = 1  # the how manieth of its kind at its place
+    same_as: tuple[SameLaw, ...] = ()  # no motion tells these from it: they are no rivals but names
 
     @property
     def key(self) -> tuple[str, str, int]:
@@ -120,7 +141,7 @@ class Finding:
             "heldout_before": self.heldout_before,
             "heldout_after": self.heldout_after,
             "p_value": self.p_value,
-            "rivals": [rival.to_json() for rival in self.rivals],
+            "rivals": [*(rival.to_json() for rival in self.rivals), *(same.to_json() for same in self.same_as)],
             "alternatives": [other.to_json() for other in self.alternatives],
         }
 

@@ -115,6 +115,7 @@ def _finding(part: Part, finding: Finding) -> Finding:
         group=_once(part.place(finding.effect, at) for at in finding.group),
         elsewhere={part.place(finding.effect, at): values for at, values in finding.elsewhere.items()},
         rivals=tuple(replace(r, place=part.place(r.effect, r.place)) for r in finding.rivals),
+        same_as=tuple(replace(r, place=part.place(r.effect, r.place)) for r in finding.same_as),
         alternatives=tuple(
             replace(other, place=part.place(other.effect, other.place)) for other in finding.alternatives
         ),

@@ -117,6 +117,7 @@ class Effect(ABC):
     rivals: ClassVar[tuple[str, ...]] = ()  # effects that look alike in many recordings
     builds_on: ClassVar[str | None] = None  # the effect at the same place that this one is a correction of
     generalises: ClassVar[tuple[str, ...]] = ()  # effects at the same place that it contains, nearly or exactly
+    sums: ClassVar[tuple[tuple[str, ...], ...]] = ()  # laws at one place that may together be it, by another name
     opens: ClassVar[bool] = True  # whether a search may begin with it; else one that it contains must be there before
     dissipative: ClassVar[bool] = False  # never gives more energy than it was given before (tested)
     proposable: ClassVar[bool] = False  # a diagnosis may propose it where it is missing
@@ -198,6 +199,11 @@ class Effect(ABC):
         return None
 
     def sensor(self, port: Port, p: Values, z: Sequence[sp.Expr]) -> Sensor | None:
+        return None
+
+    @classmethod
+    def summed(cls, parts: Mapping[str, Mapping[str, float]]) -> Mapping[str, float] | None:
+        """Its parameters where ``parts``, by effect and parameter, are one of its ``sums``; None where they are not."""
         return None
 
     def conservative(self, p: Values) -> sp.Expr:

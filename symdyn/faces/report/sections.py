@@ -77,6 +77,12 @@ def rivals_table(diagnosis: Diagnosis) -> Markup:
             told = Markup("<b>not told apart</b>, {}").format(probability(rival.p_value))
             rows.append((mine, f"{effect_title(rival.effect)} at {rival.place}", "as well", told))
             mine = ""
+        for same in finding.same_as:
+            numbers = ", ".join(f"{name} {quantity_text(e)}" for name, e in same.parameters.items())
+            beside = " and ".join(effect_title(effect) for effect in same.beside)
+            law = f"{effect_title(same.effect)} in place of it and {beside}"
+            rows.append((mine, law, "the same", Markup("one law, in other words: {}").format(numbers)))
+            mine = ""
         for other in finding.alternatives:
             errors = f"{percent(other.heldout)} instead of {percent(finding.heldout_after)}"
             rows.append((mine, f"{effect_title(other.effect)} at {other.place}", errors, Markup("told apart")))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import final
 
 import sympy as sp
@@ -29,7 +30,17 @@ class AsymmetricCoulombFriction(Effect):
     source = "Armstrong-Helouvry, Dupont, Canudas de Wit 1994, section 2"
     signature = "residual jumps with the sign of speed, by different amounts to either side of zero"
     rivals = ("coulomb_friction", "force_offset")
+    sums = ("coulomb_friction", "force_offset"), ("coulomb_friction", "linear_spring")
     dissipative = True
 
     def force(self, port: Port, p: Values) -> sp.Expr:
         return p["level_negative"] * step(-port.v) - p["level_positive"] * step(port.v)
+
+    @classmethod
+    def summed(cls, parts: Mapping[str, Mapping[str, float]]) -> Mapping[str, float] | None:
+        """A preload of a spring whose rest is not known is an offset."""
+        level = parts["coulomb_friction"]["level"]
+        offset = parts["force_offset"]["offset"] if "force_offset" in parts else -parts["linear_spring"]["preload"]
+        if not 0.0 < abs(offset) <= level:
+            return None
+        return {"level_positive": level + offset, "level_negative": level - offset}
