@@ -7,17 +7,16 @@ from collections.abc import Sequence
 
 from symdyn.numeric.beyond_noise import Beyond
 from symdyn.numeric.candidates import GRAVITY, bounds
-from symdyn.numeric.explanation import SPREAD, Case, Explanation
+from symdyn.numeric.explanation import Case, Explanation
 from symdyn.numeric.findings import Remaining
 from symdyn.numeric.leftover import is_loud
-from symdyn.numeric.sizes import sizes
 from symdyn.spec.monomials import value_of
 from symdyn.spec.records import Robot
 
 LITTLE = 0.1  # part of gravity: that much may be left where a weight is balanced
 ON_EARTH = (9.764, 9.834)  # m/s^2, the least and the most (Hirt et al. 2013)
 OFF = 0.01  # of it
-FAR = 3.0  # standard deviations that a parameter is thought to be off: beyond that it is suspect
+SURE = 3.0  # standard errors
 
 
 def absorbing(case: Case, final: Explanation) -> list[str]:
@@ -26,12 +25,12 @@ def absorbing(case: Case, final: Explanation) -> list[str]:
     Of all values that a recording cannot tell apart, a fit takes those nearest to the model's. Where those are far,
     no near ones would do.
     """
-    limits, known, told = bounds(case.robot), sizes(case.robot), []
-    for name, estimate in case.model_parameters(final).items():
-        value, given = estimate.value, float(case.bench.kernel.values[case.bench.index[name]])
+    limits, told = bounds(case.robot), []
+    for name in case.far(final.fit):
+        value, given = (float(p[case.bench.index[name]]) for p in (final.fit.p, case.bench.kernel.values))
         if name in limits and value <= limits[name][0]:
             told.append(f"{name} ran to its lower bound {limits[name][0]:.3g}: it may be absorbing missing structure")
-        elif name not in case.unknown and abs(value - given) > FAR * SPREAD * known.get(name, abs(given)) > 0.0:
+        else:
             told.append(f"{name} went from {given:.3g} to {value:.3g}: it may be absorbing missing structure")
     for candidate, _ in final.found:
         for schema in case.bounded(candidate, final):
@@ -59,7 +58,7 @@ def unearthly(case: Case, final: Explanation) -> list[str]:
     told = case.model_parameters(final)
     size = math.hypot(*(told[name].value for name in names))
     error = math.hypot(*(told[name].se or 0.0 for name in names))
-    if not names or not all(abs(size - g) > max(FAR * error, OFF * g) for g in ON_EARTH):
+    if not names or not all(abs(size - g) > max(SURE * error, OFF * g) for g in ON_EARTH):
         return []
     return [
         f"no place on Earth has a gravity of {size:.4g} +- {error:.1g} m/s^2: lengths of the model, or masses that are "

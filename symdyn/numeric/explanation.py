@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from symdyn.numeric.candidates import Candidate, Key, bounded, fitted_parameters
+from symdyn.base.errors import NumericalError
+from symdyn.numeric.candidates import Candidate, Key, bounded, bounds, fitted_parameters
 from symdyn.numeric.decomposition import pseudo_inverse
 from symdyn.numeric.effects_fit import EffectsFit, Fitted, Found
 from symdyn.numeric.findings import Errors, Estimate
@@ -17,10 +18,11 @@ from symdyn.numeric.fitting import Fit, joint_weight, relative_error
 from symdyn.numeric.laws import Laws
 from symdyn.numeric.observation import KEPT, low_pass
 from symdyn.numeric.position_spectrum import motion_cutoff
-from symdyn.numeric.regression import fit_linear, likelier
+from symdyn.numeric.regression import fit_linear, likelier, log_loss
 from symdyn.numeric.sampling import left_by_sampling
 from symdyn.numeric.scan import WAVES
 from symdyn.numeric.search import EARNS
+from symdyn.numeric.sizes import sizes
 from symdyn.numeric.verdict import NEGLIGIBLE
 from symdyn.numeric.workbench import Workbench
 from symdyn.spec.effect_schema import ParameterSchema, Scan
@@ -32,6 +34,9 @@ LEVEL = 0.01  # significance of a gain
 CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
 
 SPREAD = 1.0  # a model's parameters are off by up to so much of their values, unless a recording tells otherwise
+WEIGHINGS = 8  # of a fit, unless weights settle before
+FAR = 3.0  # standard deviations that a parameter is thought to be off: beyond that it is suspect
+EVEN = 0.1  # relative change of weights that are settled
 LITTLE = 0.02  # of what a law takes off: less does not tell it from another one at its place
 CARRIES = 0.01  # of the inertia that swings, that what carries it has at least
 SCALES = frozenset(
@@ -108,7 +113,34 @@ class Case:
     def explain(self, found: Found = (), near: Explanation | None = None) -> Explanation:
         """Fit the model with the effects found, from the values of an explanation ``near`` it, if there is one.
 
+        Where that one's parameters had gone astray, taking up what was not found yet, the fit begins with the model as
+        given, too, and the likelier one is taken: from there the valley of the truth may not be reached.
         Raises NumericalError if the fit does not settle.
+        """
+        if near is None or not self.far(near.fit):
+            return self._explained(found, near)
+        anew = self._explained(found, None)
+        try:
+            done = self._explained(found, near)
+        except NumericalError:
+            return anew
+        return min(anew, done, key=lambda each: log_loss(each.training))
+
+    def far(self, fit: Fit) -> list[str]:
+        """The model's own parameters that ran to a bound, or far from the model's value, in the order of the fit."""
+        limits, known, told = bounds(self.robot), sizes(self.robot), []
+        for name in (n for n in fit.names if n in set(self.own) - self.unknown):
+            at = self.bench.index[name]
+            value, given = float(fit.p[at]), float(self.bench.kernel.values[at])
+            low = name in limits and value <= limits[name][0]
+            if low or abs(value - given) > FAR * SPREAD * known.get(name, abs(given)) > 0.0:
+                told.append(name)
+        return told
+
+    def _explained(self, found: Found, near: Explanation | None) -> Explanation:
+        """One fit. The weight of each joint follows the size of what is left there, until that is even.
+
+        Where it falls much, as something is found, the joint hardly counted before.
         """
         p, weight = self.bench.kernel.values, np.ones(self.bench.effort.shape[1])
         known: dict[str, Fitted] = {}
@@ -117,9 +149,12 @@ class Case:
             known = {c.label: f for (c, _), f in zip(near.found, near.fitted, strict=True)}
         state = [known.get(c.label, Fitted((0.0,) * len(c.linear), shapes)) for c, shapes in found]
         fit = self._fit
-        for _ in range(2):  # the weights follow the size of each joint's residual
-            p, state = fit.settled(found, p, state, weight)
+        for _ in range(WEIGHINGS):
+            weighed = weight
+            p, state = fit.settled(found, p, state, weighed)
             weight = joint_weight(fit.residual(self.laws, found, p, state), self.bench.reference)
+            if np.max(np.abs(np.log(weight / weighed))) < EVEN:
+                break
         training, design = fit.residual(self.laws, found, p, state), fit.design(self.laws, found, p, state)
         last = fit_linear(design * weight[:, None], training * weight)
         names = [*self.own, *(c.parameter(s) for c, _ in found for s in (*c.linear, *c.shapes))]
