@@ -36,6 +36,7 @@ CERTAIN = float(stats.norm.isf(LEVEL / 2.0))  # standard errors from null
 SPREAD = 1.0  # a model's parameters are off by up to so much of their values, unless a recording tells otherwise
 WEIGHINGS = 8  # of a fit, unless weights settle before
 FAR = 3.0  # standard deviations that a parameter is thought to be off: beyond that it is suspect
+MUCH = 2.0  # times as little is left at some joint
 EVEN = 0.1  # relative change of weights that are settled
 LITTLE = 0.02  # of what a law takes off: less does not tell it from another one at its place
 CARRIES = 0.01  # of the inertia that swings, that what carries it has at least
@@ -113,18 +114,19 @@ class Case:
     def explain(self, found: Found = (), near: Explanation | None = None) -> Explanation:
         """Fit the model with the effects found, from the values of an explanation ``near`` it, if there is one.
 
-        Where that one's parameters had gone astray, taking up what was not found yet, the fit begins with the model as
-        given, too, and the likelier one is taken: from there the valley of the truth may not be reached.
+        Where that one's parameters had gone astray, taking up much of what is found now, the fit begins with the model
+        as given, too, and the likelier one is taken: from there the valley of the truth may not be reached.
         Raises NumericalError if the fit does not settle.
         """
         if near is None or not self.far(near.fit):
             return self._explained(found, near)
-        anew = self._explained(found, None)
         try:
             done = self._explained(found, near)
         except NumericalError:
-            return anew
-        return min(anew, done, key=lambda each: log_loss(each.training))
+            return self._explained(found, None)
+        if np.max(done.weight / near.weight) < MUCH:
+            return done
+        return min(done, self._explained(found, None), key=lambda each: log_loss(each.training))
 
     def far(self, fit: Fit) -> list[str]:
         """The model's own parameters that ran to a bound, or far from the model's value, in the order of the fit."""

@@ -72,7 +72,7 @@ def test_a_fit_beside_one_that_went_astray_begins_with_the_model_as_given_too(
     case: Case, dry: Explanation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun: list[Explanation | None] = []
-    worse = replace(dry, training=2.0 * dry.training)
+    worse = replace(dry, training=2.0 * dry.training, weight=0.5 * dry.weight)
     answers: dict[bool, Explanation | NumericalError] = {True: dry, False: worse}
 
     def explained(self: Case, found: object, near: Explanation | None) -> Explanation:
@@ -83,13 +83,16 @@ def test_a_fit_beside_one_that_went_astray_begins_with_the_model_as_given_too(
         return answer
 
     monkeypatch.setattr(Case, "_explained", explained)
-    far = astray(case, dry, "m2", 5.0)
+    far = replace(astray(case, dry, "m2", 5.0), weight=0.2 * dry.weight)
     assert case.explain(dry.found, dry) is worse
     assert begun == [dry]
     assert case.explain(dry.found, far) is dry
-    assert begun == [dry, None, far]
+    assert begun == [dry, far, None]
     answers = {True: worse, False: dry}
     assert case.explain(dry.found, far) is dry
+    little = replace(far, weight=0.6 * dry.weight)  # what is found is none of what they took up
+    assert case.explain(dry.found, little) is dry
+    assert begun[-1] is little
     answers = {True: worse, False: NumericalError(Problem("SD612", "the fit did not settle"))}
     assert case.explain(dry.found, far) is worse
     with pytest.raises(NumericalError):
