@@ -37,7 +37,7 @@ SPREAD = 1.0  # a model's parameters are off by up to so much of their values, u
 WEIGHINGS = 8  # of a fit, unless weights settle before
 FAR = 3.0  # standard deviations that a parameter is thought to be off: beyond that it is suspect
 MUCH = 2.0  # times as little is left at some joint
-EVEN = 0.1  # relative change of weights that are settled
+EVEN = 0.2  # relative change of weights that are settled
 LITTLE = 0.02  # of what a law takes off: less does not tell it from another one at its place
 CARRIES = 0.01  # of the inertia that swings, that what carries it has at least
 SCALES = frozenset(
@@ -119,19 +119,20 @@ class Case:
         Raises NumericalError if the fit does not settle.
         """
         if near is None or not self.far(near.fit):
-            return self._explained(found, near)
+            return self.one_fit(found, near)
         try:
-            done = self._explained(found, near)
+            done = self.one_fit(found, near)
         except NumericalError:
-            return self._explained(found, None)
+            return self.one_fit(found, None)
         if np.max(done.weight / near.weight) < MUCH:
             return done
-        return min(done, self._explained(found, None), key=lambda each: log_loss(each.training))
+        return min(done, self.one_fit(found, None), key=lambda each: log_loss(each.training))
 
     def far(self, fit: Fit) -> list[str]:
         """The model's own parameters that ran to a bound, or far from the model's value, in the order of the fit."""
         limits, known, told = bounds(self.robot), sizes(self.robot), []
-        for name in (n for n in fit.names if n in set(self.own) - self.unknown):
+        watched = set(self.own) - self.unknown
+        for name in (n for n in fit.names if n in watched):
             at = self.bench.index[name]
             value, given = float(fit.p[at]), float(self.bench.kernel.values[at])
             low = name in limits and value <= limits[name][0]
@@ -139,8 +140,8 @@ class Case:
                 told.append(name)
         return told
 
-    def _explained(self, found: Found, near: Explanation | None) -> Explanation:
-        """One fit. The weight of each joint follows the size of what is left there, until that is even.
+    def one_fit(self, found: Found, near: Explanation | None) -> Explanation:
+        """One fit from there, or from the model as given. The weight of each joint follows the size of what is left there, until that is even.
 
         Where it falls much, as something is found, the joint hardly counted before.
         """

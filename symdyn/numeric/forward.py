@@ -137,7 +137,7 @@ def _alternatives(inquiry: Inquiry, earning: Sequence[Trial], chosen: Trial) -> 
     best = {(t.candidate.effect, t.candidate.place): t for t in (*reversed(earning), chosen)}  # of each effect, one
     for trial in [t for t in earning if t in best.values() and t is not chosen][:ALTERNATIVES]:
         try:
-            other = case.explain((*current.found, (trial.candidate, trial.shapes)), current)
+            other = case.one_fit((*current.found, (trial.candidate, trial.shapes)), current)
         except NumericalError:
             continue
         found.append(Alternative(trial.candidate.effect, trial.candidate.place.address, case.errors(other).heldout))

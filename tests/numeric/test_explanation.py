@@ -82,7 +82,7 @@ def test_a_fit_beside_one_that_went_astray_begins_with_the_model_as_given_too(
             raise answer
         return answer
 
-    monkeypatch.setattr(Case, "_explained", explained)
+    monkeypatch.setattr(Case, "one_fit", explained)
     far = replace(astray(case, dry, "m2", 5.0), weight=0.2 * dry.weight)
     assert case.explain(dry.found, dry) is worse
     assert begun == [dry]
