@@ -141,9 +141,10 @@ class Case:
         return told
 
     def one_fit(self, found: Found, near: Explanation | None) -> Explanation:
-        """One fit from there, or from the model as given. The weight of each joint follows the size of what is left there, until that is even.
+        """One fit, from an explanation, or from the model as given where there is none.
 
-        Where it falls much, as something is found, the joint hardly counted before.
+        The weight of each joint follows the size of what is left there, until that is even: where it falls much, as
+        something is found, the joint hardly counted before.
         """
         p, weight = self.bench.kernel.values, np.ones(self.bench.effort.shape[1])
         known: dict[str, Fitted] = {}
