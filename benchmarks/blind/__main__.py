@@ -33,7 +33,7 @@ and how, stands in [blind.md](blind.md).
 
 def main(arguments: Sequence[str] | None = None) -> None:
     options = _options().parse_args(arguments)
-    cases = chosen(all_cases(options.draw), options.machines, options.level, options.groups, options.cases)
+    cases = chosen(options.machines, options.level, options.groups, options.cases, options.draw)
     cases = cases[options.skip :][: options.first]
     if options.list:
         print("\n".join(case.id for case in cases))
@@ -54,16 +54,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def chosen(
-    cases: Sequence[Case],
-    machines: Sequence[str],
-    levels: Sequence[str],
-    groups: Sequence[str],
-    patterns: Sequence[str],
+    machines: Sequence[str], levels: Sequence[str], groups: Sequence[str], patterns: Sequence[str], draw: int = 0
 ) -> list[Case]:
-    """Those of the machines, levels and groups whose id fits one of the patterns; none given: all."""
+    """The cases of a draw, of the machines, levels and groups, whose id fits one of the patterns; none given: all."""
     return [
         case
-        for case in cases
+        for case in all_cases(draw)
         if (not machines or case.machine in machines)
         and (not levels or case.level in levels)
         and (not groups or case.group in groups)

@@ -124,7 +124,7 @@ class Case:
             done = self.one_fit(found, near)
         except NumericalError:
             return self.one_fit(found, None)
-        if np.max(done.weight / near.weight) < MUCH:
+        if np.all(done.weight < MUCH * near.weight):
             return done
         return min(done, self.one_fit(found, None), key=lambda each: log_loss(each.training))
 
@@ -157,7 +157,7 @@ class Case:
             weighed = weight
             p, state = fit.settled(found, p, state, weighed)
             weight = joint_weight(fit.residual(self.laws, found, p, state), self.bench.reference)
-            if np.max(np.abs(np.log(weight / weighed))) < EVEN:
+            if np.all(np.abs(weight - weighed) <= EVEN * weighed):
                 break
         training, design = fit.residual(self.laws, found, p, state), fit.design(self.laws, found, p, state)
         last = fit_linear(design * weight[:, None], training * weight)

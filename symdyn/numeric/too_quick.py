@@ -13,6 +13,7 @@ from symdyn.numeric.noise_floor import in_band, noise_density
 from symdyn.numeric.observation import Observation
 from symdyn.numeric.position_noise import position_density
 from symdyn.numeric.sampling import left_by_derivatives
+from symdyn.numeric.setting import LEAST_TRAVEL
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
@@ -49,7 +50,10 @@ def too_quick(bench: Workbench, p: Array, joints: Sequence[str]) -> list[str]:
 
 
 def _left_out(o: Observation) -> Array:
-    """(n,) part of each motion's power, without the noise of its sensor, that is not in what is differentiated."""
-    motion = np.maximum(np.var(o.measured, axis=0), 1e-300)
+    """(n,) part of each motion's power, without the noise of its sensor, that is not in what is differentiated.
+
+    Of a joint that stands nothing is.
+    """
+    motion = np.where(np.ptp(o.measured, axis=0) >= LEAST_TRAVEL, np.var(o.measured, axis=0), np.inf)
     noise = 0.5 * o.rate * position_density(o)
     return np.asarray((np.mean((o.measured - o.q) ** 2, axis=0) - noise) / motion)
