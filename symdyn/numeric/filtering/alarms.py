@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from symdyn.numeric.explanation import FAR
 from symdyn.numeric.filtering.judged import Explanation
 from symdyn.numeric.filtering.likelihood import MLFit
 from symdyn.numeric.filtering.model import Model
+from symdyn.numeric.filtering.places import latent_at
 from symdyn.numeric.filtering.travel import Travel, travel
 from symdyn.numeric.findings import Finding
 from symdyn.physics import catalogue
 from symdyn.spec.effect_schema import ParameterSchema, Scan
 
-FAR = 3.0  # standard deviations that a parameter is thought to be off: beyond that it is suspect
 GROWN = 2.0  # of the travel: within so much a thing that grows by itself still shows that it does
 
 
@@ -40,7 +41,7 @@ def out_of_reach(model: Model, of: Explanation) -> list[str]:
     """Characteristic speeds and distances of effects that were found which no motion comes to: it tells no such law."""
     told = []
     for candidate, _ in of.found:
-        latent = next((each for each in model.latents if each.place == candidate.place.address), None)
+        latent = latent_at(model.latents, candidate.place.address)
         if latent is None or not latent.motion.any():
             continue
         at = travel(of, latent)
@@ -65,7 +66,7 @@ def reach(schema: ParameterSchema, at: Travel) -> float:
     return GROWN * at.width if schema.scan is Scan.GROWTH else math.inf
 
 
-def untold(findings: Sequence[Finding]) -> list[str]:
+def without_interval(findings: Sequence[Finding]) -> list[str]:
     """Findings of which no number has an interval: that they are there is told, their size is not."""
     told = []
     for each in findings:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from symdyn.compiler import compile_robot, robot_from_text
 from symdyn.numeric.candidates import Candidate
-from symdyn.numeric.filtering.alarms import moved, out_of_reach, untold
+from symdyn.numeric.filtering.alarms import moved, out_of_reach, without_interval
 from symdyn.numeric.filtering.explain import ROUGH, ROUNDS
 from symdyn.numeric.filtering.hypotheses import kept
 from symdyn.numeric.filtering.judged import WORTH, Explanation
@@ -77,7 +77,7 @@ def conclude(
         after=after,
         per_joint={channel: Errors(float(a), float(b)) for channel, a, b in zip(channels, *final.errors, strict=True)},
         remaining=remaining,
-        alarms=tuple(dict.fromkeys((*alarms, *far, *out_of_reach(model, final), *untold(findings), *more))),
+        alarms=tuple(dict.fromkeys((*alarms, *far, *out_of_reach(model, final), *without_interval(findings), *more))),
         band=0.5 / float(np.nanmedian(model.training.steps)),
         training=names[0],
         heldout=names[1],

@@ -17,7 +17,7 @@ from symdyn.numeric.filtering.judged import Explanation, Found, Step, explained,
 from symdyn.numeric.filtering.likelihood import MLFit, fit
 from symdyn.numeric.filtering.memory import YIELDS, Lasting
 from symdyn.numeric.filtering.model import Model, carried, prepare
-from symdyn.numeric.filtering.places import Latent
+from symdyn.numeric.filtering.places import Latent, latent_at
 from symdyn.numeric.filtering.score import Score
 from symdyn.numeric.filtering.side_by_side import side_by_side
 from symdyn.numeric.filtering.travel import travel
@@ -122,7 +122,7 @@ def with_wider_law(
     What is worth less than ``least`` more than ``current``, in nats beyond its own price, is given up.
     """
     at = simplest.place.address
-    latent = next((each for each in model.latents if each.place == at), None)
+    latent = latent_at(model.latents, at)
     if latent is None:  # the rotor there became one with its joint since
         return ()
     wider = {law: size for law, size in HYSTERESIS.items() if simplest.effect in catalogue()[law].generalises}

@@ -11,7 +11,7 @@ from symdyn.numeric.filtering.judged import WORTH, Explanation
 from symdyn.numeric.filtering.likelihood import MLFit
 from symdyn.numeric.filtering.locate import Place
 from symdyn.numeric.filtering.model import Model, with_latent
-from symdyn.numeric.filtering.places import Latent
+from symdyn.numeric.filtering.places import Latent, latent_at
 from symdyn.numeric.findings import Finding, MissingForce
 
 MOST = 3  # places
@@ -31,7 +31,7 @@ def missing_forces(
     found: list[MissingForce] = []
     for address in told:
         place = next((each for each in likely if each.latent.place == address), None)
-        same = next((each for each in model.latents if each.place == address), None)
+        same = latent_at(model.latents, address)
         if place is not None and same is not None and len(found) < MOST:
             found.append(_at(as_given, place, model, same, final.fit))
     return tuple(force for force in found if np.all(np.isfinite([force.before, force.after])))  # none lost its way

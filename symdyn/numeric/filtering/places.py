@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,11 @@ class Latent:
     place: str
     direction: Array
     motion: Array
+
+
+def latent_at(latents: Iterable[Latent], address: str) -> Latent | None:
+    """The one at a place; None where there is none, as at a rotor that turns with its joint."""
+    return next((latent for latent in latents if latent.place == address), None)
 
 
 def is_push(candidate: Candidate) -> bool:

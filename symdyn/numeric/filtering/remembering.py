@@ -23,6 +23,7 @@ from symdyn.numeric.filtering.judged import (
 from symdyn.numeric.filtering.memory import Lasting
 from symdyn.numeric.filtering.memory_fits import with_memory
 from symdyn.numeric.filtering.model import Model
+from symdyn.numeric.filtering.places import latent_at
 from symdyn.numeric.filtering.travel import travel
 from symdyn.numeric.recording import Recording
 
@@ -75,7 +76,7 @@ def likelier(laws: Laws, current: Explanation, best: Step | None) -> Laws:
 def warms_slowly(model: Model, of: Explanation) -> bool:
     """Whether heat that was found outlasts a stroke: else it follows the speed, as any law of speed does."""
     for candidate, _ in of.found:
-        latent = next((each for each in model.latents if each.place == candidate.place.address), None)
+        latent = latent_at(model.latents, candidate.place.address)
         if candidate.effect in WARMING and latent is not None:
             numbers = (candidate.name_of(name) for name in ("heat_capacity", "thermal_resistance"))
             capacity, resistance = (float(of.fit.p[of.fit.bench.index[name]]) for name in numbers)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from symdyn.numeric.filtering.alarms import out_of_reach, reach, untold
+from symdyn.numeric.filtering.alarms import out_of_reach, reach, without_interval
 from symdyn.numeric.filtering.between import Between
 from symdyn.numeric.filtering.judged import Explanation, explained
 from symdyn.numeric.filtering.likelihood import fit
@@ -61,8 +61,8 @@ def test_a_finding_whose_numbers_nothing_told_is_warned_of() -> None:
         numbers = {name: Estimate(1.5, error, "N m/rad") for name, error in se.items()}
         return Finding("joint_compliance", "compliance", "arm", numbers, 0.5, 0.1, 0.0, ())
 
-    assert untold([finding(stiffness=0.1, damping=None)]) == []
-    (alarm,) = untold([finding(stiffness=None, damping=None)])
+    assert without_interval([finding(stiffness=0.1, damping=None)]) == []
+    (alarm,) = without_interval([finding(stiffness=None, damping=None)])
     assert alarm.startswith(
         "compliance at arm: these recordings do not tell its stiffness (about 1.5 N m/rad), damping"
     )
