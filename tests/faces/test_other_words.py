@@ -47,6 +47,7 @@ def test_dry_friction_and_an_offset_are_friction_that_differs_by_direction() -> 
     )
     page = str(rivals_table(told))
     assert "direction-asymmetric Coulomb friction in place of it and constant force offset" in page
+    assert page.count("one law, in other words") == 1
     assert "not told apart" not in page
 
 

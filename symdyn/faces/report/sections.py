@@ -70,14 +70,15 @@ def located_table(diagnosis: Diagnosis) -> Markup:
 
 def rivals_table(diagnosis: Diagnosis) -> Markup:
     """What else could stand in each finding's place, and how it was told apart, if it was."""
-    rows = []
+    rows, named = [], set()
     for finding in diagnosis.findings:
         mine = f"{finding.title} at {finding.place}"
         for rival in finding.rivals:
             told = Markup("<b>not told apart</b>, {}").format(probability(rival.p_value))
             rows.append((mine, f"{effect_title(rival.effect)} at {rival.place}", "as well", told))
             mine = ""
-        for same in finding.same_as:
+        for same in (each for each in finding.same_as if (each.effect, each.place) not in named):
+            named.add((same.effect, same.place))  # it is told at the first of its parts
             numbers = ", ".join(f"{name} {quantity_text(e)}" for name, e in same.parameters.items())
             beside = " and ".join(effect_title(effect) for effect in same.beside)
             law = f"{effect_title(same.effect)} in place of it and {beside}"
