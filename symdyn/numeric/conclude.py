@@ -67,9 +67,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         beyond,
     )
     whole = [np.hypot(in_band(d, b), np.maximum(s, left_by_positions(b, emitted.values))) for b, d, s in ways]
-    per_joint = zip(case.joints, joint_errors(r_training, bench), joint_errors(r_heldout, judge), strict=True)
     shown = joint_errors(given.training, first.bench), joint_errors(given.heldout, first.judge)
-    as_given = zip(case.joints, *shown, strict=True)
     told = []
     skew = skew_left(case, final)
     if skew is not None:
@@ -94,7 +92,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         model=case.model_parameters(final),
         before=before,
         after=after,
-        per_joint={joint: Errors(float(a), float(b)) for joint, a, b in per_joint},
+        per_joint=_of_each(case, joint_errors(r_training, bench), joint_errors(r_heldout, judge)),
         remaining=remaining,
         alarms=tuple(dict.fromkeys((*alarms, *told))),
         band=case.bench.band.cutoff if case.bench.band else 0.0,
@@ -103,7 +101,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         traces=_traces((first.judge, given.fit.p), (judge, emitted.values), densities[1], tuple(case.joints)),
         located=_with_rest(with_found(where_and_when(first, given), findings), remaining, judge, groups),
         noise_floor=_noise_floor(case, (bench, judge), whole),
-        per_joint_before={joint: Errors(float(a), float(b)) for joint, a, b in as_given},
+        per_joint_before=_of_each(case, *shown),
     )
 
 
@@ -130,9 +128,14 @@ def _with_rest(
 def _noise_floor(case: Case, benches: Sequence[Workbench], noise: Sequence[Array]) -> NoiseFloor:
     """What noise of this root mean square (n,) alone would leave, relative to the effort (or what stands for it)."""
     shares = [_relative(left, bench) for bench, left in zip(benches, noise, strict=True)]
-    whole = [float(np.sqrt(np.mean(share**2))) for share in shares]
-    per_joint = {joint: Errors(float(a), float(b)) for joint, a, b in zip(case.joints, *shares, strict=True)}
-    return NoiseFloor(Errors(*whole), per_joint)
+    whole = [float(np.sqrt(np.mean(share[case.bench.observation.tested] ** 2))) for share in shares]
+    return NoiseFloor(Errors(*whole), _of_each(case, *shares))
+
+
+def _of_each(case: Case, training: Array, heldout: Array) -> dict[str, Errors]:
+    """By joints of which the equation was tested."""
+    each = zip(case.joints, training, heldout, case.bench.observation.tested, strict=True)
+    return {joint: Errors(float(a), float(b)) for joint, a, b, tested in each if tested}
 
 
 def _relative(left: Array, bench: Workbench) -> Array:
@@ -163,6 +166,7 @@ def _traces(
     """Of all that was held out: where a joint stands, too, though nothing is counted there."""
     judge = final[0]
     o = judge.observation
+    at = np.flatnonzero(o.tested)
     effort = judge.bring(o.tau) * o.shown
     before, after = (
         bench.bring(bench.observation.tau - bench.raw_residual(p)) * bench.observation.shown
@@ -170,12 +174,12 @@ def _traces(
     )
     return Traces(
         time=judge.bring(o.time[:, None])[:, 0],
-        q=judge.bring(o.q),
-        qd=judge.bring(o.qd),
-        effort=effort,
-        before=before,
-        after=after,
-        joints=joints,
-        effort_units=judge.kernel.effort_units,
-        noise=noise,
+        q=judge.bring(o.q)[:, at],
+        qd=judge.bring(o.qd)[:, at],
+        effort=effort[:, at],
+        before=before[:, at],
+        after=after[:, at],
+        joints=tuple(joints[i] for i in at),
+        effort_units=tuple(judge.kernel.effort_units[i] for i in at),
+        noise=noise[at],
     )

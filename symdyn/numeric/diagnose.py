@@ -26,8 +26,9 @@ from symdyn.numeric.leftover import SHARE, slow_share
 from symdyn.numeric.mechanics import mechanics, untested
 from symdyn.numeric.mere_filter import merely_filters, without_swinging
 from symdyn.numeric.nested import generalised, simplified
+from symdyn.numeric.observation import untested_equations
 from symdyn.numeric.other_words import in_other_words
-from symdyn.numeric.proof import proved
+from symdyn.numeric.proof import proved, sized
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.rest import often_stands
 from symdyn.numeric.revision import Revision, revisions
@@ -120,7 +121,7 @@ def _by_either_way(
         fixed = held_parameters(whole, fitted_parameters(whole), hold) | known_names(runs)
         begun = _begun(part, robot, runs, band, fixed, progress)
         quick = too_quick(begun.case.bench, begun.given.fit.p, begun.case.joints)
-        if not quick or part.drive is not None or not can_follow(robot):
+        if not quick or not begun.setting.seen.tested.all() or part.drive is not None or not can_follow(robot):
             found = _diagnose(begun.noting(*quick), band, progress)
             return replace(found, alarms=(*told, *untested(robot, mechanics(robot)), *found.alarms))
         progress("the motion is too quick for derivatives over its samples: a filter follows it")
@@ -143,7 +144,7 @@ def _begun(
     case = setting.case(setting.given() if band is None else band)
     given = case.explain()
     check_confused(setting, case, given)
-    return Inquiry(setting, case, given, setting, case, given)
+    return Inquiry(setting, case, given, setting, case, given).noting(*untested_equations(setting.seen, setting.joints))
 
 
 def _diagnose(inquiry: Inquiry, band: float | None, progress: Progress) -> Diagnosis:
@@ -166,6 +167,8 @@ def _diagnose(inquiry: Inquiry, band: float | None, progress: Progress) -> Diagn
     bench, given = inquiry.first.bench, inquiry.given
     inquiry = inquiry.noting(*unexcited(bench, given.fit.p, given.fit.names, given.training, given.weight))
     inquiry = with_trembling(inquiry, progress)
+    if (fewer := sized(inquiry)) is not inquiry:
+        inquiry = with_trembling(fewer, progress)
     findings = tuple(with_rivals(inquiry, finding, open_, progress) for finding in inquiry.findings)
     inquiry = with_resolutions(with_skew(replace(inquiry, findings=findings), before))
     return conclude(inquiry, inquiry.setting.training.name, inquiry.setting.heldout.name)

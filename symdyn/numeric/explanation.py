@@ -124,7 +124,7 @@ class Case:
             done = self.one_fit(found, near)
         except NumericalError:
             return self.one_fit(found, None)
-        if np.all(done.weight < MUCH * near.weight):
+        if np.all(done.weight <= MUCH * near.weight):
             return done
         return min(done, self.one_fit(found, None), key=lambda each: log_loss(each.training))
 

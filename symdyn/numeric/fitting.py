@@ -224,14 +224,14 @@ def _line_search(problem: _Weighted, part: Array, step: Array, previous: float) 
 
 
 def joint_weight(residual: Array, effort: Array) -> Array:
-    """(n,) one over the residual's size per joint, so that joints of all sizes count alike."""
+    """(n,) one over the residual's size per joint, so that joints of all sizes count alike; none where nothing acts."""
     size = np.sqrt(np.mean(residual**2, axis=0))
-    floor = 1e-6 * np.sqrt(np.mean(effort**2, axis=0)) + 1e-300
-    return np.asarray(1.0 / np.maximum(size, floor))
+    size = np.maximum(size, 1e-6 * np.sqrt(np.mean(effort**2, axis=0)))
+    return np.asarray(np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0))
 
 
 def relative_error(residual: Array, effort: Array) -> float:
-    """Size of the residual over that of the measured effort; joints count alike (root mean square)."""
+    """Size of the residual over that of the measured effort; joints that have any count alike (root mean square)."""
     power = np.sum(effort**2, axis=0)
-    share = np.divide(np.sum(residual**2, axis=0), power, out=np.zeros_like(power), where=power > 0)
-    return float(np.sqrt(np.mean(share)))
+    has = power > 0
+    return float(np.sqrt(np.mean(np.sum(residual[:, has] ** 2, axis=0) / power[has]))) if has.any() else 0.0

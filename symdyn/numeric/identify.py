@@ -14,12 +14,13 @@ from threadpoolctl import threadpool_limits
 
 from symdyn.base.errors import InputError, Problem
 from symdyn.numeric.band import analysis_band, band_of
-from symdyn.numeric.candidates import bounds, fitted_parameters
+from symdyn.numeric.candidates import bounds
+from symdyn.numeric.explanation import own_parameters
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.fitting import Fit, fit, joint_weight, relative_error
 from symdyn.numeric.known import check_separable, known_names
 from symdyn.numeric.mechanics import mechanical_kernel, soft_rotors
-from symdyn.numeric.observation import observe
+from symdyn.numeric.observation import observe, untested_equations
 from symdyn.numeric.reading import declared
 from symdyn.numeric.readings import read
 from symdyn.numeric.recording import Recording
@@ -79,8 +80,10 @@ def identify(
             unit = kernel.parameter_units[bench.index[n]]
             found[n] = Estimate(float(done.fit.p[bench.index[n]]), done.fit.standard_error(n), unit)
         cutoff = max(cutoff, bench.band.cutoff if bench.band else 0.0)
-        errors += [relative_error(bench.residual(done.fit.p), bench.effort) ** 2] * len(piece.joints)
-        told += map(part.named, too_quick(bench, done.fit.p, [joint.name for joint in piece.joints]))
+        errors += [relative_error(bench.residual(done.fit.p), bench.reference) ** 2] * len(piece.joints)
+        joints = [joint.name for joint in piece.joints]
+        doubts = *untested_equations(bench.observation, joints), *too_quick(bench, done.fit.p, joints)
+        told += map(part.named, doubts)
     return Identification(found, math.sqrt(fmean(errors)), cutoff, tuple(told))
 
 
@@ -106,13 +109,13 @@ def _fitted(robot: Robot, recording: Recording, band: float | None, progress: Ca
     wide = Workbench(kernel, read(observe(robot, kernel, recording), declared(robot)))
     values = kernel.values
     given = known_names([recording])
-    names = [n for n in fitted_parameters(robot) if n not in given and np.any(wide.columns(values, [n]))]
+    names = [n for n in own_parameters(robot, wide) if n not in given]
     seen = wide.observation
     if seen.known is not None:
         check_separable(seen.known, kernel, (seen.q, seen.qd, seen.qdd), names)
-    start = fit(wide, values, names, joint_weight(seen.tau, seen.tau), bounds(robot), sizes(robot))
+    start = fit(wide, values, names, joint_weight(wide.reference, wide.reference), bounds(robot), sizes(robot))
     chosen = analysis_band(wide.raw_residual(start.p), seen) if band is None else band_of(band, seen.rate)
     seen = read(observe(robot, kernel, recording, 5.0 * chosen.cutoff), declared(robot))
     bench = Workbench(kernel, seen, chosen)
-    weight = joint_weight(bench.residual(start.p), bench.effort)
+    weight = joint_weight(bench.residual(start.p), bench.reference)
     return Fitted(bench, fit(bench, values, names, weight, bounds(robot), sizes(robot)), weight)

@@ -54,12 +54,11 @@ def located(
     form = FreeForm(fitted)
     joints = fitted.joints
     count = independent_samples(judge)
-    loads = (
-        bench.effort - residuals.training / fitted.weight,
-        judge.effort - residuals.heldout / fitted.weight,
-    )
+    counts = fitted.weight > 0.0
+    unweighted = np.divide(1.0, fitted.weight, out=np.zeros_like(fitted.weight), where=counts)
+    loads = bench.effort - residuals.training * unweighted, judge.effort - residuals.heldout * unweighted
     found = []
-    for j, joint in enumerate(joints):
+    for j, joint in ((j, joint) for j, joint in enumerate(joints) if counts[j]):
         tried = conditions(bench, judge, joints, j, loads, residuals.training[:, j])
         left, when = _follow(form, residuals, tried, j, LEVEL / len(joints))
         gain = gaussian_gain(residuals.heldout, left.heldout, count) if when else 0.0

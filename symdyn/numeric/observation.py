@@ -20,7 +20,7 @@ from symdyn.numeric.position_spectrum import WHOLE, motion_cutoff
 from symdyn.numeric.reading import declared
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.steady_clock import steady
-from symdyn.spec.records import Quantity, Robot, Side
+from symdyn.spec.records import Joint, Quantity, Robot, Side
 
 Array = NDArray[np.float64]
 
@@ -47,6 +47,7 @@ class Observation:
     factor: Array | None = None  # (n,) tau per effort as it was shown; None: ones
     passed_on: Array | None = None  # (N, n) effort that goes on to what lies beyond a torque sensor; None: nothing does
     known: Known | None = None  # parameters whose values the recording tells
+    imposed: NDArray[np.bool_] | None = None  # (n,) joints moved by efforts that nobody measured; None: there is none
     sparing: bool = False  # a joint that often stands for a moment is judged by what is far from that (``rest``)
 
     @property
@@ -60,6 +61,11 @@ class Observation:
         return whole if self.below is None else np.minimum(whole, np.array(self.below))
 
     @property
+    def tested(self) -> NDArray[np.bool_]:
+        """(n,) joints of which the equation says something: all that acts there is known."""
+        return np.ones(self.tau.shape[1], dtype=bool) if self.imposed is None else ~self.imposed
+
+    @property
     def shown(self) -> Array:
         """(n,) what a sensor shows of a unit of effort. Its noise is as it is, whatever that is."""
         return np.ones(self.tau.shape[1]) if self.factor is None else 1.0 / self.factor
@@ -70,10 +76,11 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
 
     Samples of a clock that trembles are brought to even steps before (``steady``).
     ``cutoff`` in Hz; None takes the highest frequency at which a position still stands above its
-    noise floor. Effort is measured directly, or follows from the actuator's input through the kernel.
+    noise floor. Effort is measured directly, or follows from the actuator's input through the kernel; a joint of
+    which neither was recorded is moved by something unknown: its motion is ``imposed``, its own equation says nothing.
 
-    Raises InputError (SD520, SD521) when a joint's position or effort was not measured, or the robot
-    has coordinates or states that inverse dynamics would need and nobody measures.
+    Raises InputError (SD520, SD521) when a joint's position, or the effort of all that are driven, was not measured, or
+    the robot has coordinates or states that inverse dynamics would need and nobody measures.
     """
     _refuse_memory(robot, kernel)
     recording = steady(at_joints(robot, recording))
@@ -100,6 +107,7 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
         positions,
         passed_on=_passed_on(robot, recording),
         known=known_in(kernel, recording),
+        imposed=_imposed(robot, recording),
     )
 
 
@@ -111,37 +119,64 @@ def _passed_on(robot: Robot, recording: Recording) -> Array | None:
     return np.column_stack([recording.channels.get(key, nothing) for key in outputs])
 
 
+def imposed_joints(robot: Robot, recording: Recording) -> tuple[str, ...]:
+    """Joints that are driven by an effort of which the recording (``at_joints``) holds nothing."""
+    driven = (joint for joint in robot.joints if not joint.passive)
+    return tuple(joint.name for joint in driven if not _has_effort(robot, joint, recording))
+
+
+def untested_equations(observation: Observation, joints: Sequence[str]) -> list[str]:
+    """What is to be said of joints of which the motion is imposed."""
+    names = (joint for joint, tested in zip(joints, observation.tested, strict=True) if not tested)
+    return [
+        f"nothing was recorded of what moves {name}: its motion is imposed, its equation not tested" for name in names
+    ]
+
+
+def _has_effort(robot: Robot, joint: Joint, recording: Recording) -> bool:
+    wanted = input_of(joint)
+    if recording.has(Quantity.EFFORT, joint.name) or effort_by_current(robot, joint, recording) is not None:
+        return True
+    return wanted is not None and recording.has(wanted, joint.name)
+
+
+def _imposed(robot: Robot, recording: Recording) -> NDArray[np.bool_] | None:
+    """Raises InputError (SD520) where no equation is left."""
+    names = imposed_joints(robot, recording)
+    if not names:
+        return None
+    if len(names) < len(robot.joints):
+        return np.array([joint.name in names for joint in robot.joints])
+    wanted = input_of(robot.joints[0])
+    what = f"effort (or {wanted})" if wanted else "effort"
+    message = f"recording '{recording.name}' holds no {what} of joint '{names[0]}'"
+    hint = "map a column to it under [[recording.channel]], or say `passive = true` if nothing drives the joint"
+    raise InputError(Problem("SD520", message, robot.channels.where if robot.channels else None, hint))
+
+
 def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array:
     """(N, n) effort at the joints: measured, or by its motor's current, or the actuator's input times its gain.
 
-    An ``effort_gain`` is not in it: that is how a recording is read (``reading``), whichever way it was made.
+    None where nothing was recorded of what drives a joint. An ``effort_gain`` is not in it: that is how a recording is
+    read (``reading``), whichever way it was made.
     """
     n, count = len(robot.joints), len(recording.time)
-    driven_joints = [joint.name for joint in robot.joints if not joint.passive]
-    inputs = np.zeros((count, len(driven_joints)))
+    driven, unknown = [j.name for j in robot.joints if not j.passive], imposed_joints(robot, recording)
+    inputs = np.zeros((count, len(driven)))
     direct = np.full((count, n), np.nan)
     for i, joint in enumerate(robot.joints):
-        if joint.passive:
+        if joint.passive or joint.name in unknown:
             direct[:, i] = 0.0
-            continue
-        if recording.has(Quantity.EFFORT, joint.name):
+        elif recording.has(Quantity.EFFORT, joint.name):
             direct[:, i] = recording.channel(Quantity.EFFORT, joint.name)
-            continue
-        by_current = effort_by_current(robot, joint, recording)
-        if by_current is not None:
+        elif (by_current := effort_by_current(robot, joint, recording)) is not None:
             direct[:, i] = by_current
-            continue
-        wanted = input_of(joint)
-        if wanted is None or not recording.has(wanted, joint.name):
-            what = f"effort (or {wanted})" if wanted else "effort"
-            message = f"recording '{recording.name}' holds no {what} of joint '{joint.name}'"
-            hint = "map a column to it under [[recording.channel]], or say `passive = true` if nothing drives the joint"
-            raise InputError(Problem("SD520", message, robot.channels.where if robot.channels else None, hint))
-        inputs[:, driven_joints.index(joint.name)] = recording.channel(wanted, joint.name)
+        elif (wanted := input_of(joint)) is not None:
+            inputs[:, driven.index(joint.name)] = recording.channel(wanted, joint.name)
     states = np.zeros((count, len(kernel.states)))
     gains = np.array([reading.effort_gain for reading in declared(robot)])
-    driven = kernel.rows("actuation_p", states, inputs, kernel.values) / gains
-    return np.where(np.isnan(direct), driven, direct)
+    actuated = kernel.rows("actuation_p", states, inputs, kernel.values) / gains
+    return np.where(np.isnan(direct), actuated, direct)
 
 
 def derivative(values: Array, time: Array, beside: int = BESIDE) -> Array:

@@ -26,7 +26,7 @@ class Passive:
 
     def __init__(self, kernel: Kernel, observation: Observation, index: Mapping[str, int]) -> None:
         driven = np.any(observation.tau, axis=0)
-        self.joints: list[int] = np.flatnonzero(~driven).tolist() if np.any(driven) else []
+        self.joints: list[int] = np.flatnonzero(~driven & observation.tested).tolist() if np.any(driven) else []
         self._kernel, self._index, self._n = kernel, index, len(driven)
         at = np.unique(np.linspace(0, len(observation.q) - 1, PLACES).astype(int))
         self._q = np.ascontiguousarray(observation.q[at])

@@ -58,3 +58,15 @@ def _reexamined(inquiry: Inquiry) -> Inquiry:
         if not inquiry.case.earns(bare.current, inquiry.current, revised.sensor):
             inquiry = bare.noting(f"{revised.title} at {revised.place} was taken out again: the rest explains it")
     return inquiry.settled()
+
+
+def sized(inquiry: Inquiry) -> Inquiry:
+    """Without what has no size in intervals as they are now, as it would have been refused: the latest first."""
+    for candidate, _ in reversed(inquiry.current.found):
+        case, current = inquiry.case, inquiry.current
+        corrected = any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found)
+        if not corrected and not case.certain(candidate, current):
+            others = tuple(other for other in current.found if other[0] is not candidate)
+            told = f"{candidate.label} was taken out again: beside noise of positions its size cannot be told from zero"
+            inquiry = replace(inquiry, current=case.explain(others, current)).settled().noting(told)
+    return inquiry

@@ -46,23 +46,36 @@ def solve_linear(columns: Array, target: Array) -> Array:
 
 
 def solve_bounded(columns: Array, target: Array, size: Array, lower: Array, upper: Array) -> Array:
-    """The same within bounds (k,), and along unexcited directions the smallest step in units of ``size``."""
-    solution = _solve(columns, target, size)
-    if np.all(solution.estimate >= lower) and np.all(solution.estimate <= upper):
-        return solution.estimate
-    k = columns.shape[2]
-    scaled = flat(columns) * size
-    triangle = _triangle(scaled, target)
+    """The same within bounds (k,), and along unexcited directions the smallest step in units of ``size``.
+
+    A step that begins at a bound mostly ends at one: there it is looked for within the bounds first.
+    """
+    factor, scale = _factor(columns, target)
+    step, bound = None, False
+    if np.any(lower >= 0.0) or np.any(upper <= 0.0):
+        step, bound = _within(factor, scale, size, lower, upper)
+    if step is None or not bound:
+        free = _solution(factor, scale, size).estimate
+        if np.all(free >= lower) and np.all(free <= upper):
+            return free
+    return _within(factor, scale, size, lower, upper)[0] if step is None else step
+
+
+def _within(factor: Array, scale: Array, size: Array, lower: Array, upper: Array) -> tuple[Array, bool]:
+    """The step within bounds, and whether any of them binds."""
+    k = len(scale)
+    scaled = factor[:k, :k] * (scale * size)
     # A whisper of a pull to zero keeps what the data do not tell in place.
     whisper = RANK_TOLERANCE * np.linalg.norm(scaled) * np.eye(k)
-    design = np.vstack([triangle[:k, :k], whisper])
-    target = np.concatenate([triangle[:k, k], np.zeros(k)])
+    design = np.vstack([scaled, whisper])
+    target = np.concatenate([factor[:k, k], np.zeros(k)])
     limits = (lower / size, upper / size)
     with suppress(np.linalg.LinAlgError):  # LAPACK's divide and conquer fails once in very many times
         found = optimize.lsq_linear(design, target, bounds=limits, method="bvls")  # few bounds bind: quick, and exact
         if found.success:
-            return np.asarray(found.x * size)
-    return np.asarray(optimize.lsq_linear(design, target, bounds=limits).x * size)
+            return np.asarray(found.x * size), bool(np.any(found.active_mask))
+    found = optimize.lsq_linear(design, target, bounds=limits)
+    return np.asarray(found.x * size), bool(np.any(found.active_mask))
 
 
 def fit_linear(columns: Array, target: Array) -> LinearFit:
@@ -101,22 +114,31 @@ def times(columns: Array, numbers: Array) -> Array:
     return np.asarray((flat(columns) @ numbers).reshape(*columns.shape[:2], *numbers.shape[1:]))
 
 
-def _solve(columns: Array, target: Array, size: Array | None = None) -> _Solution:
-    k = columns.shape[2]
+def _solve(columns: Array, target: Array) -> _Solution:
+    return _solution(*_factor(columns, target))
+
+
+def _factor(columns: Array, target: Array) -> tuple[Array, Array]:
+    """Triangular factor of [design, target] with columns of unit length, and (k,) what these were divided by."""
     design = flat(columns)
     length = np.linalg.norm(design, axis=0)
     scale = np.where(length > 0, length, 1.0)
+    return _triangle(design / scale, target), scale
+
+
+def _solution(factor: Array, scale: Array, size: Array | None = None) -> _Solution:
+    k = len(scale)
     # The triangular factor has the singular values of the design and is k x k.
-    triangle = _triangle(design / scale, target)
-    u, s, vt = svd(triangle[:k, :k])
+    u, s, vt = svd(factor[:k, :k])
     keep = s > RANK_TOLERANCE * max(float(s.max(initial=0.0)), 1e-300)
     inverse = (vt[keep].T / s[keep]) / scale[:, None]
-    estimate = inverse @ (u[:, keep].T @ triangle[:k, k])
+    estimate = inverse @ (u[:, keep].T @ factor[:k, k])
     lost = vt[~keep].T / scale[:, None]
     if lost.size and size is not None:
         estimate = estimate - lost @ least_squares(lost / size[:, None], estimate / size, rcond=None)
     hidden = np.abs(vt[~keep]).max(axis=0, initial=0.0) > 1e-3
-    return _Solution(estimate, inverse @ inverse.T, ~hidden & (length > 0))
+    told = np.any(factor[:k, :k], axis=0)
+    return _Solution(estimate, inverse @ inverse.T, ~hidden & told)
 
 
 def _triangle(design: Array, target: Array) -> Array:

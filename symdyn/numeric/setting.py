@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symdyn.base.errors import InputError, Problem
 from symdyn.emit.kernel import Kernel
 from symdyn.numeric.band import analysis_band, band_of
 from symdyn.numeric.candidates import Candidate, bounds, candidates
@@ -20,7 +21,7 @@ from symdyn.numeric.fitting import fit, joint_weight
 from symdyn.numeric.known import check_separable
 from symdyn.numeric.laws import Known, Laws
 from symdyn.numeric.mechanics import at_joints, mechanical_kernel
-from symdyn.numeric.observation import Observation, observe
+from symdyn.numeric.observation import Observation, imposed_joints, observe
 from symdyn.numeric.position_spectrum import WHOLE
 from symdyn.numeric.probe import Key, Probe, probes
 from symdyn.numeric.reading import Reading, declared
@@ -152,6 +153,7 @@ def prepare(
     progress(f"deriving and compiling {robot.name}, and its candidate effects")
     kernel = mechanical_kernel(robot)
     training, heldout = (at_joints(robot, recording) for recording in (training, heldout))
+    _check_alike(robot, training, heldout)
     seen, readings = observe(robot, kernel, training), declared(robot)
     joints = [joint.name for joint in robot.joints]
     proposed = tuple(
@@ -165,15 +167,26 @@ def prepare(
     return Setting(robot, kernel, own, known, proposed, training, heldout, seen, readings, held=fixed, part=part)
 
 
+def _check_alike(robot: Robot, training: Recording, heldout: Recording) -> None:
+    """Raise InputError (SD520) where one lacks an effort that the other holds: what one shows, the other must test."""
+    lacks, lacks_there = (set(imposed_joints(robot, recording)) for recording in (training, heldout))
+    for recording, missing in ((training, lacks - lacks_there), (heldout, lacks_there - lacks)):
+        if missing:
+            message = f"recording '{recording.name}' holds no effort of joint '{min(missing)}', and the other one does"
+            where = robot.channels.where if robot.channels else None
+            raise InputError(Problem("SD520", message, where, "record it in both, or map it in neither"))
+
+
 def _can_be_told(candidate: Candidate, seen: Observation, joints: Sequence[str]) -> bool:
-    """Not by a recording in which the joint stands, if it is a law in speed or distance.
+    """Not by a recording in which the joint stands, if it is a law in speed or distance; nor one that holds no effort
+    of it.
 
     Nor where no effort acts, if it could take the place of gravity: then nothing would have a size, and no weight at
     all would fit best. What swings is told by an effort: of a joint that nothing drives only accelerations are left,
     which are the noise of its positions.
     """
     joint = joints.index(candidate.place.address)
-    if candidate.swings and not np.any(seen.tau[:, joint]):
+    if not seen.tested[joint] or (candidate.swings and not np.any(seen.tau[:, joint])):
         return False
     travel = float(np.ptp(seen.measured[:, joint]))
     weightless = not np.any(seen.tau) and any(s.scan is Scan.ANGLE for s in candidate.shapes)

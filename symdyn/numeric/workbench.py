@@ -28,8 +28,9 @@ class Workbench:
     """Evaluates the kernel on a recording; parameter vectors are those of its robot.
 
     Where a joint stands, or turns faster than its motion is known, nothing of its own equation is counted (residuals
-    and columns are zero there), unless ``planned`` motion is looked at. All that is in the analysis band is in units of
-    efforts as they were shown: in those of the efforts that act, a sensor's gain of zero would leave no error.
+    and columns are zero there), unless ``planned`` motion is looked at; nor ever where an unknown effort moves it. All
+    that is in the analysis band is in units of efforts as they were shown: in those of the efforts that act, a
+    sensor's gain of zero would leave no error.
     """
 
     def __init__(
@@ -42,7 +43,7 @@ class Workbench:
         self._motion = (whole(o.q), whole(o.qd), whole(o.qdd))
         self.turning = turning(o, band.cutoff if band else None, self.bring)  # (K, n)
         judged = ~standing(o, self.bring, self.turning) | planned
-        self.counted: Array = judged * o.shown  # (K, n) 0 where a joint stands: dry friction may be anything there
+        self.counted: Array = judged * o.shown * o.tested  # (K, n) 0 where a joint stands: dry friction may be anything
         self.effort: Array = self.bring(o.tau) * self.counted
         self.reference = self._reference()  # (K, n) what errors are compared with
         self._remembers = len(kernel.states) > 2 * len(kernel.coordinates)
@@ -73,13 +74,14 @@ class Workbench:
     def raw_residual(self, p: Array, speed: Array | None = None) -> Array:
         """(N, n) measured effort less inverse dynamics, over the full band; ``speed`` (N, n) instead of the measured.
 
-        Hidden states follow from the measured motion; what they exert counts as required effort.
+        None of a joint that an unknown effort moves. Hidden states follow from the measured motion; what they exert
+        counts as required effort.
         """
         o, (q, qd, qdd) = self.observation, self._motion
         required: Array = self.kernel.rows("inverse_dynamics_p", q, qd if speed is None else speed, qdd, p)
         if self._remembers:
             required = required - remembered(self.kernel, o.q, o.qd, o.time, o.segments, p)
-        return o.tau - required - self._besides
+        return np.asarray((o.tau - required - self._besides) * o.tested)
 
     @cached_property
     def _besides(self) -> Array:

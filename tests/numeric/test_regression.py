@@ -91,13 +91,15 @@ def test_unexcited_direction_takes_the_smallest_step_in_units_of_the_sizes() -> 
 
 
 @settings(max_examples=50)
-@given(seed=st.integers(0, 2**32 - 1))
-def test_bounded_solution_is_optimal(seed: int) -> None:
+@given(seed=st.integers(0, 2**32 - 1), begins_at_bounds=st.booleans())
+def test_bounded_solution_is_optimal(seed: int, begins_at_bounds: bool) -> None:
     """Karush, Kuhn and Tucker: flat where free, and at a bound the loss would fall only beyond it."""
     rng = np.random.default_rng(seed)
     columns = rng.standard_normal((60, 2, 3))
     target = columns @ rng.uniform(-3, 3, 3) + 0.1 * rng.standard_normal((60, 2))
     lower, upper = rng.uniform(-2.0, -0.5, 3), rng.uniform(0.5, 2.0, 3)
+    if begins_at_bounds:
+        lower[0], upper[1] = 0.0, 0.0
     found = solve_bounded(columns, target, np.ones(3), lower, upper)
     assert np.all(found >= lower - 1e-9)
     assert np.all(found <= upper + 1e-9)
