@@ -44,11 +44,14 @@ class EffectsFit:
     unknown: frozenset[str]
     spread: float
 
-    def settled(self, found: Found, p: Array, state: list[Fitted], weight: Array) -> tuple[Array, list[Fitted]]:
-        """Shape parameters by Gauss-Newton around the fit of all others, of which a few steps do until they settle."""
+    def settled(self, found: Found, p: Array, state: list[Fitted], weight: Array) -> tuple[Array, list[Fitted], bool]:
+        """Shape parameters by Gauss-Newton around the fit of all others, of which a few steps do until they settle.
+
+        Also whether all the fits of all others ended by themselves: one that did not may still be creeping.
+        """
         weighed = p
         count = sum(len(c.shapes) for c, _ in found)
-        p, state, loss = self._linear(found, p, state, weight, weighed, turns=1 if count else TURNS)
+        p, state, loss, ended = self._linear(found, p, state, weight, weighed, turns=1 if count else TURNS)
         for _ in range(SHAPE_STEPS if count else 0):
             design = self.design(self.laws, found, p, state)
             residual = self.residual(self.laws, found, p, state)
@@ -59,7 +62,7 @@ class EffectsFit:
                     Fitted(f.coefficients, self._moved(self.laws.room(c, scanned), f.shapes, scale * change))
                     for (c, scanned), f, change in zip(found, state, changes, strict=True)
                 ]
-                trial_p, trial, lower = self._linear(found, p, moved, weight, weighed, turns=1, steps=STEPS)
+                trial_p, trial, lower, _ = self._linear(found, p, moved, weight, weighed, turns=1, steps=STEPS)
                 if lower < loss:
                     break
             else:
@@ -68,8 +71,9 @@ class EffectsFit:
             if fall <= SETTLED * loss:
                 break
         if count:
-            p, state, _ = self._linear(found, p, state, weight, weighed, turns=TURNS)
-        return p, state
+            p, state, _, last = self._linear(found, p, state, weight, weighed, turns=TURNS)
+            ended = ended and last
+        return p, state, ended
 
     def _step(self, found: Found, state: Sequence[Fitted], design: Array, residual: Array) -> Array:
         """Of everything; a shape parameter that stands at the end of its room, and would go further, stays there."""
@@ -112,8 +116,9 @@ class EffectsFit:
         weighed: Array,
         turns: int,
         steps: int | None = None,
-    ) -> tuple[Array, list[Fitted], float]:
-        """Everything but the shapes, fitted: also the loss that is left, with a weight for parameters ``weighed``.
+    ) -> tuple[Array, list[Fitted], float, bool]:
+        """Everything but the shapes, fitted: also the loss that is left, with a weight for parameters ``weighed``, and
+        whether it ended by itself.
 
         In so many ``turns`` where friction follows the load.
         """
@@ -126,9 +131,10 @@ class EffectsFit:
         names += [f"begun_{i}" for i in range(begun.shape[2])]
         start = np.concatenate([start, np.zeros(begun.shape[2])])
         loaded = any(candidate.effect in load_dependent() for candidate, _ in found)
+        ended = True
         for _ in range(turns if loaded else 1):
             added = np.concatenate([self._added(self.laws, found, state, p), begun], axis=2)
-            p, start = minimise(
+            p, start, done_so = minimise(
                 self.laws.bench,
                 p,
                 self.own,
@@ -143,13 +149,14 @@ class EffectsFit:
                 weighed,
                 steps,
             )
+            ended = ended and done_so
         done, at = [], 0
         for f in state:
             count = len(f.coefficients)
             done.append(Fitted(tuple(float(x) for x in start[at : at + count]), f.shapes))
             at += count
         weight = weight * (self.laws.bench.passive.inertia(weighed) / self.laws.bench.passive.inertia(p))
-        return p, done, float(np.sum((self.residual(self.laws, found, p, done) * weight) ** 2))
+        return p, done, float(np.sum((self.residual(self.laws, found, p, done) * weight) ** 2)), ended
 
     def _added(self, laws: Laws, found: Found, state: Sequence[Fitted], p: Array) -> Array:
         """(K, n, e) columns of the linear parameters of all effects found."""

@@ -73,6 +73,7 @@ class Explanation:
     design: Array  # (K, n, k) columns of all that was fitted, training
     training: Array  # (K, n) residuals in the analysis band
     heldout: Array
+    ended: bool = True  # whether its fits did so by themselves: others may still creep along a valley
 
     @property
     def effects(self) -> frozenset[Key]:
@@ -114,8 +115,8 @@ class Case:
     def explain(self, found: Found = (), near: Explanation | None = None) -> Explanation:
         """Fit the model with the effects found, from the values of an explanation ``near`` it, if there is one.
 
-        Where that one's parameters had gone astray, taking up much of what is found now, the fit begins with the model
-        as given, too, and the likelier one is taken: from there the valley of the truth may not be reached.
+        Where that one's parameters had gone astray, taking up much of what is found now, and the fit creeps back from
+        there, it begins with the model as given, too, and the likelier one is taken.
         Raises NumericalError if the fit does not settle.
         """
         if near is None or not self.far(near.fit):
@@ -124,7 +125,7 @@ class Case:
             done = self.one_fit(found, near)
         except NumericalError:
             return self.one_fit(found, None)
-        if np.all(done.weight <= MUCH * near.weight):
+        if done.ended or np.all(done.weight <= MUCH * near.weight):
             return done
         return min(done, self.one_fit(found, None), key=lambda each: log_loss(each.training))
 
@@ -152,10 +153,11 @@ class Case:
             p, weight = near.fit.p, near.weight
             known = {c.label: f for (c, _), f in zip(near.found, near.fitted, strict=True)}
         state = [known.get(c.label, Fitted((0.0,) * len(c.linear), shapes)) for c, shapes in found]
-        fit = self._fit
+        fit, ended = self._fit, True
         for _ in range(WEIGHINGS):
             weighed = weight
-            p, state = fit.settled(found, p, state, weighed)
+            p, state, by_itself = fit.settled(found, p, state, weighed)
+            ended = ended and by_itself
             weight = joint_weight(fit.residual(self.laws, found, p, state), self.bench.reference)
             if np.all(np.abs(weight - weighed) <= EVEN * weighed):
                 break
@@ -164,7 +166,7 @@ class Case:
         names = [*self.own, *(c.parameter(s) for c, _ in found for s in (*c.linear, *c.shapes))]
         done = Fit(tuple(names), p, last)
         return Explanation(
-            found, done, tuple(state), weight, design, training, fit.residual(self.judged, found, p, state)
+            found, done, tuple(state), weight, design, training, fit.residual(self.judged, found, p, state), ended
         )
 
     def residual(self, laws: Laws, of: Explanation) -> Array:

@@ -62,7 +62,7 @@ def fit(
     if not names:
         return Fit((), p.copy(), LinearFit(np.zeros(0), np.zeros((0, 0)), np.zeros(0, dtype=bool)))
     none = np.zeros((*bench.effort.shape, 0))
-    p, _ = minimise(bench, p, names, none, np.zeros(0), [], weight, bounds or {}, sizes or {})
+    p, _, _ = minimise(bench, p, names, none, np.zeros(0), [], weight, bounds or {}, sizes or {})
     residual, columns = bench.residual(p), bench.columns(p, names)
     if bench.passive.joints:
         columns = columns + eased(bench, p, names, residual)
@@ -84,19 +84,20 @@ def minimise(
     unknown: frozenset[str] = frozenset(),
     weighed: Array | None = None,
     steps: int | None = None,
-) -> tuple[Array, Array]:
-    """The fit itself, with ``added`` columns (K, n, e) beside the kernel's parameters: (p, their coefficients).
+) -> tuple[Array, Array, bool]:
+    """The fit itself, with ``added`` columns (K, n, e) beside the kernel's parameters: (p, their coefficients, ended).
 
     ``spread``: standard deviation, as a share of their ``sizes`` (of their values where those are not told), that the
     kernel's own parameters are thought to have in the model as given. Wide as it is, it decides along directions that
     a recording hardly tells. Of ``unknown`` ones nothing is thought but their size, where that is told. ``weighed``:
     parameters at which residuals have the size that the weights are for, those of the start if None; what no effort
-    drives has it from the inertia (``Passive``). ``steps``, if given: it stops where it is after so many.
+    drives has it from the inertia (``Passive``). ``steps``, if given: it stops where it is after so many. Without,
+    ``ended`` says whether it settled before all iterations were used up.
     """
     where = [*(bench.index[name] for name in names), *range(len(p), len(p) + len(start))]
     x0 = np.concatenate([p, start])
     if not where:
-        return p.copy(), start.copy()
+        return p.copy(), start.copy(), True
     wanted = [bounds.get(name, (-np.inf, np.inf)) for name in (*names, *added_names)]
     limits = np.array([b[0] for b in wanted]), np.array([b[1] for b in wanted])
     given = bench.kernel.values
@@ -109,8 +110,8 @@ def minimise(
     if bench.passive.joints:
         problem = _Sized(problem, bench, names, bench.passive.inertia(p if weighed is None else weighed))
     size = sized([*names, *added_names], x0[where], sizes)
-    x = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits, size, steps)
-    return x[: len(p)], x[len(p) :]
+    x, ended = _minimise(_Weighted(problem, x0, where, weight, thought, pull), limits, size, steps)
+    return x[: len(p)], x[len(p) :], ended
 
 
 def eased(bench: Workbench, p: Array, names: Sequence[str], residual: Array) -> Array:
@@ -177,8 +178,8 @@ class _Weighted:
         return float(np.sum(self.residual(part) ** 2))
 
 
-def _minimise(problem: _Weighted, limits: tuple[Array, Array], size: Array, steps: int | None) -> Array:
-    part = problem.x[problem.where]
+def _minimise(problem: _Weighted, limits: tuple[Array, Array], size: Array, steps: int | None) -> tuple[Array, bool]:
+    part, ended = problem.x[problem.where], True
     previous = problem.loss(part)
     for _ in range(MAX_ITERATIONS if steps is None else steps):
         columns, target = problem.columns(part)[:, None], problem.residual(part)[:, None]
@@ -188,9 +189,10 @@ def _minimise(problem: _Weighted, limits: tuple[Array, Array], size: Array, step
         if fall <= SETTLED * previous:
             break
     else:
-        if steps is None and fall > CREEPING * previous:
+        ended = steps is not None
+        if not ended and fall > CREEPING * previous:
             part = _trust_region(problem, part, size, limits)
-    return problem.at(part)
+    return problem.at(part), ended
 
 
 def _trust_region(problem: _Weighted, part: Array, size: Array, limits: tuple[Array, Array]) -> Array:

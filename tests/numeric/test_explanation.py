@@ -72,7 +72,7 @@ def test_a_fit_beside_one_that_went_astray_begins_with_the_model_as_given_too(
     case: Case, dry: Explanation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun: list[Explanation | None] = []
-    worse = replace(dry, training=2.0 * dry.training, weight=0.5 * dry.weight)
+    worse = replace(dry, training=2.0 * dry.training, weight=0.5 * dry.weight, ended=False)
     answers: dict[bool, Explanation | NumericalError] = {True: dry, False: worse}
 
     def explained(self: Case, found: object, near: Explanation | None) -> Explanation:
@@ -93,6 +93,9 @@ def test_a_fit_beside_one_that_went_astray_begins_with_the_model_as_given_too(
     little = replace(far, weight=0.6 * dry.weight)  # what is found is none of what they took up
     assert case.explain(dry.found, little) is dry
     assert begun[-1] is little
+    answers = {True: dry, False: replace(worse, ended=True)}  # it did not creep
+    assert case.explain(dry.found, far) is answers[False]
+    assert begun[-1] is far
     answers = {True: worse, False: NumericalError(Problem("SD612", "the fit did not settle"))}
     assert case.explain(dry.found, far) is worse
     with pytest.raises(NumericalError):

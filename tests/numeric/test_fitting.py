@@ -88,8 +88,9 @@ def test_of_what_nothing_is_known_its_size_may_be(bench: Workbench, sizes: dict[
     begun, given = values(bench, m=0.5 * MASS), float(bench.kernel.values[bench.index["g"]])
     nothing = np.zeros((*bench.effort.shape, 0))
     unknown = frozenset({"g"})
-    p, _ = minimise(bench, begun, ("g",), nothing, np.zeros(0), (), 1e-9 * ONE, {}, sizes, 1.0, unknown)
+    p, _, ended = minimise(bench, begun, ("g",), nothing, np.zeros(0), (), 1e-9 * ONE, {}, sizes, 1.0, unknown)
     assert p[bench.index["g"]] == pytest.approx(given if sizes else 2.0 * given, rel=0.1)
+    assert ended
 
 
 def test_bounds_hold_and_bind(bench: Workbench) -> None:
