@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.carried import Friction
+from symdyn.numeric.kept import Kept
 from symdyn.numeric.observation import smoothed
 from symdyn.numeric.probe import Key, Probe, key_of
 from symdyn.numeric.scan import axes, nudge, room
@@ -18,7 +19,6 @@ from symdyn.spec.effect_schema import ParameterSchema, Scan
 
 Array = NDArray[np.float64]
 END = 1.05  # of the first value that is scanned: a fit left the number there
-Known = dict[tuple[str, tuple[float, ...]], Array]  # forces of candidates, by their shapes
 
 
 class Laws:
@@ -36,12 +36,12 @@ class Laws:
         joints: Sequence[str],
         frictions: Sequence[Friction],
         motion: float,
-        known: Sequence[Known] | None = None,
+        known: Sequence[Kept] | None = None,
     ) -> None:
         self.probes, self.bench, self.joints, self.frictions = probes, bench, tuple(joints), tuple(frictions)
         self.motion = motion
         self._axes: dict[str, list[list[float]]] = {}
-        self._known: Sequence[Known] = [{} for _ in self.joints] if known is None else known
+        self._known: Sequence[Kept] = [Kept() for _ in self.joints] if known is None else known
         self._under: dict[str, tuple[bytes, Array]] = {}  # of a candidate, the last, and under which parameters
 
     def joint(self, candidate: Candidate) -> int:
@@ -56,20 +56,22 @@ class Laws:
                 known = self._forces(candidate, shapes, self.load(joint, p)) * self.bench.counted[:, [joint]]
                 self._under[candidate.law] = p.tobytes(), known
             return known
-        key, joint = (candidate.law, tuple(shapes)), self.joint(candidate)
-        forces = self._known[joint]
-        if key not in forces:
-            forces[key] = self._forces(candidate, shapes)
-        return np.asarray(forces[key] * self.bench.counted[:, [joint]])
+        joint = self.joint(candidate)
+        forces = self._known[joint].of((candidate.law, tuple(shapes)), lambda: self._forces(candidate, shapes))
+        return np.asarray(forces * self.bench.counted[:, [joint]])
 
     def starts(self, candidate: Candidate, shapes: Sequence[float]) -> Array:
         """(K, m) effort at the candidate's joint because of how its states began; m = 0 for most."""
-        key, joint = (f"{candidate.law}, begun", tuple(shapes)), self.joint(candidate)
-        if key not in self._known[joint]:
-            values = candidate.values([1.0] * len(candidate.linear), shapes)
-            probe = self.probes[key_of(candidate)]
-            self._known[joint][key] = self.bench.bring(probe.starts(candidate.effect, values, self.bench.observation))
-        return np.asarray(self._known[joint][key] * self.bench.counted[:, [joint]])
+        joint = self.joint(candidate)
+        forces = self._known[joint].of(
+            (f"{candidate.law}, begun", tuple(shapes)), lambda: self._begun(candidate, shapes)
+        )
+        return np.asarray(forces * self.bench.counted[:, [joint]])
+
+    def _begun(self, candidate: Candidate, shapes: Sequence[float]) -> Array:
+        """(K, m) in the analysis band."""
+        values = candidate.values([1.0] * len(candidate.linear), shapes)
+        return self.bench.bring(self.probes[key_of(candidate)].starts(candidate.effect, values, self.bench.observation))
 
     def load(self, joint: int, p: Array) -> Array:
         """(N,) effort that passes through a joint: what the model needs there, less its friction.

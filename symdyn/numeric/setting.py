@@ -18,8 +18,9 @@ from symdyn.numeric.carried import frictions
 from symdyn.numeric.cut import UNCUT, Part
 from symdyn.numeric.explanation import Case, Explanation, Revised, own_parameters
 from symdyn.numeric.fitting import fit, joint_weight
+from symdyn.numeric.kept import Kept
 from symdyn.numeric.known import check_separable
-from symdyn.numeric.laws import Known, Laws
+from symdyn.numeric.laws import Laws
 from symdyn.numeric.mechanics import at_joints, mechanical_kernel
 from symdyn.numeric.observation import Observation, imposed_joints, observe
 from symdyn.numeric.position_spectrum import WHOLE
@@ -52,7 +53,7 @@ class Setting:
     part: Part = UNCUT  # what ``robot`` is of the one in its text
     sparing: bool = False  # as observations are
     _shown: dict[tuple[str, float], Observation] = field(default_factory=dict)  # by recording and band
-    _forces: dict[tuple[float, float], dict[tuple[bool, int, Reading], Known]] = field(default_factory=dict)
+    _forces: dict[tuple[float, float], dict[tuple[bool, int, Reading], Kept]] = field(default_factory=dict)
 
     @property
     def joints(self) -> list[str]:
@@ -129,15 +130,15 @@ class Setting:
         seen = replace(read(self._shown[key], self.readings), sparing=self.sparing)
         return self._of(Workbench(self.kernel, seen, band_of(cutoff, seen.rate)), self._known(training, cutoff, room))
 
-    def _known(self, training: bool, cutoff: float, room: float) -> list[Known]:
+    def _known(self, training: bool, cutoff: float, room: float) -> list[Kept]:
         """Of each joint, as its motion is read: of two bands, the later one's is kept."""
         if (cutoff, room) not in self._forces:
             self._forces.clear()
         known = self._forces.setdefault((cutoff, room), {})
         moved = (Reading(gain=r.gain, offset=r.offset, motion=r.motion) for r in self.readings)
-        return [known.setdefault((training, joint, motion), {}) for joint, motion in enumerate(moved)]
+        return [known.setdefault((training, joint, motion), Kept()) for joint, motion in enumerate(moved)]
 
-    def _of(self, bench: Workbench, known: list[Known] | None = None) -> Laws:
+    def _of(self, bench: Workbench, known: list[Kept] | None = None) -> Laws:
         return Laws(self.probes, bench, self.joints, frictions(self.robot), self.seen.cutoff, known)
 
 
