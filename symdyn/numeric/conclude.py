@@ -102,6 +102,7 @@ def conclude(inquiry: Inquiry, training: str, heldout: str) -> Diagnosis:
         located=_with_rest(with_found(where_and_when(first, given), findings), remaining, judge, groups),
         noise_floor=_noise_floor(case, (bench, judge), whole),
         per_joint_before=_of_each(case, *shown),
+        judged="effort" if np.any(judge.effort) else "inertial effort",
     )
 
 

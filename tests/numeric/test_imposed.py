@@ -104,12 +104,14 @@ def test_what_a_mass_on_a_shaker_lacks_is_told_without_the_force_of_the_shaker()
     assert set(found.per_joint) == {"body"}
     assert found.traces.joints == ("body",)
     assert told_of_the_table(found)
+    assert found.judged == "inertial effort"
 
 
 def test_with_a_measured_force_the_mass_is_told_while_another_joint_is_moved_by_hand() -> None:
     found = diagnose(robot(passive=False), record(1, 0.0, 8.0), record(2, 0.0, 8.0))
     assert found.verdict is Verdict.COMPLETE
     assert found.findings == ()
+    assert found.judged == "effort"
     mass = found.model["m"]
     assert mass.se is not None
     assert abs(mass.value - MASS) < 4.0 * mass.se < 0.1 * MASS
