@@ -71,6 +71,8 @@ def diagnose(
     thorough: bool = False,
 ) -> int:
     """Returns the exit code: 1 when something is left that no known effect explains, 3 for a bad recording."""
+    from symdyn.numeric.diagnose import diagnose as run
+
     _check_band(band)
     plan = Plan(duration)
     check_plan(plan)
@@ -83,8 +85,6 @@ def diagnose(
         training, judges = open_recordings(recordings, holdout, robot, channel_map)
         for recording in (*training, *judges):
             print_warnings(recording.warnings)
-        from symdyn.numeric.diagnose import diagnose as run  # what it imports takes seconds: bad input is told before
-
         with status(json) as progress:
             result = run(robot, training, judges or None, band=band, hold=hold, thorough=thorough, progress=progress)
             if experiment is not None:
