@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symdyn.numeric.explanation import Explanation, Revised, joint_errors
+from symdyn.numeric.explanation import CERTAIN, Explanation, Revised, joint_errors
 from symdyn.numeric.findings import Estimate
 from symdyn.numeric.inquiry import Inquiry
 from symdyn.numeric.reading import READERS
@@ -61,7 +61,13 @@ class Misread:
 
     def revised(self, inquiry: Inquiry, tried: int) -> Inquiry | None:
         limited = self.what == "limit"
-        return self._from(inquiry, self._limits(inquiry)[tried] if limited else self._stands(inquiry.setting))
+        after = self._from(inquiry, self._limits(inquiry)[tried] if limited else self._stands(inquiry.setting))
+        return after if after is not None and self._has_a_size(after) else None
+
+    def _has_a_size(self, after: Inquiry) -> bool:
+        """Whether its value can be told from the one that was given, as the sizes of effects must be."""
+        told = next(r.values[self.what] for r in after.setting.revised if (r.effect, r.place) == self.key)
+        return told.se is None or abs(told.value - self._stands(after.origin)) > CERTAIN * told.se
 
     def refitted(self, inquiry: Inquiry) -> Inquiry | None:
         return self._from(inquiry, self._stands(inquiry.setting))

@@ -7,9 +7,13 @@ from dataclasses import replace
 import pytest
 
 from symdyn.compiler import robot_from_text
+from symdyn.numeric.explanation import Revised
+from symdyn.numeric.findings import Estimate
 from symdyn.numeric.inquiry import Inquiry, finding_of
+from symdyn.numeric.misread import Misread
 from symdyn.numeric.proof import sized
 from symdyn.numeric.setting import prepare
+from symdyn.spec.places import places
 
 from .arm_of_two import ARM_OF_TWO, rubbing
 
@@ -41,3 +45,18 @@ def test_a_finding_stays_as_long_as_it_has_a_size(inquiry: Inquiry) -> None:
     assert less.findings == ()
     assert less.current.found == ()
     assert "Coulomb friction at two was taken out again" in less.alarms[-1]
+
+
+def test_a_sensor_is_misread_only_where_that_has_a_size(inquiry: Inquiry, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As far as noise goes an encoder may show nothing wrong: then no gain is told, however much it takes off."""
+    (place,) = (p for p in places(inquiry.case.robot) if p.address == "two")
+    gain = Misread(1, place, "encoder", "gain")
+
+    def told(se: float) -> Inquiry:
+        revised = Revised("encoder", "encoder gain", "two", {"gain": Estimate(1.1, se, "1")})
+        return replace(inquiry, setting=inquiry.setting.with_revision(revised))
+
+    for se, has_a_size in ((0.03, True), (0.05, False)):
+        after = told(se)
+        monkeypatch.setattr(Misread, "_from", lambda *_, found=after: found)
+        assert (gain.revised(inquiry, 0) is not None) == has_a_size
