@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from symdyn.base.errors import BadRecording, Problem
 from symdyn.numeric.explanation import Case, Explanation
 from symdyn.numeric.fitting import relative_error
-from symdyn.numeric.observation import imposed_joints, observe
+from symdyn.numeric.observation import observe
 from symdyn.numeric.recording import ChannelKey, Recording
 from symdyn.numeric.recording_checks import MANY_TURNS
 from symdyn.numeric.setting import Setting
@@ -73,8 +73,8 @@ def _refuse_if_cured(code: str, mistake: _Mistake, mended: Setting, edge: float,
 
 
 def _signs(setting: Setting) -> Iterator[_Mistake]:
-    unknown = imposed_joints(setting.robot, setting.training)
-    driven = [j.name for j in setting.robot.joints if not j.passive and j.name not in unknown]
+    tested = zip(setting.robot.joints, setting.seen.tested, strict=True)
+    driven = [joint.name for joint, known in tested if known and not joint.passive]
     turn = "write sign = -1 for its column (and that of its velocity), or turn the axis of the joint in the model"
     for joint in setting.joints:
         told = f"the position of '{joint}' has the other sign than the model's"

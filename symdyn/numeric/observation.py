@@ -122,7 +122,9 @@ def _passed_on(robot: Robot, recording: Recording) -> Array | None:
 def imposed_joints(robot: Robot, recording: Recording) -> tuple[str, ...]:
     """Joints that are driven by an effort of which the recording (``at_joints``) holds nothing."""
     driven = (joint for joint in robot.joints if not joint.passive)
-    return tuple(joint.name for joint in driven if not _has_effort(robot, joint, recording))
+    return tuple(
+        joint.name for joint in driven if _effort(robot, joint, recording) is None and _input(joint, recording) is None
+    )
 
 
 def untested_equations(observation: Observation, joints: Sequence[str]) -> list[str]:
@@ -133,11 +135,17 @@ def untested_equations(observation: Observation, joints: Sequence[str]) -> list[
     ]
 
 
-def _has_effort(robot: Robot, joint: Joint, recording: Recording) -> bool:
+def _effort(robot: Robot, joint: Joint, recording: Recording) -> Array | None:
+    """(N,) effort that was measured, or that the motor's current gives; None where neither was recorded."""
+    if recording.has(Quantity.EFFORT, joint.name):
+        return recording.channel(Quantity.EFFORT, joint.name)
+    return effort_by_current(robot, joint, recording)
+
+
+def _input(joint: Joint, recording: Recording) -> Array | None:
+    """(N,) what its actuator was given; None where that was not recorded."""
     wanted = input_of(joint)
-    if recording.has(Quantity.EFFORT, joint.name) or effort_by_current(robot, joint, recording) is not None:
-        return True
-    return wanted is not None and recording.has(wanted, joint.name)
+    return recording.channel(wanted, joint.name) if wanted is not None and recording.has(wanted, joint.name) else None
 
 
 def _imposed(robot: Robot, recording: Recording) -> NDArray[np.bool_] | None:
@@ -161,18 +169,17 @@ def measured_effort(robot: Robot, kernel: Kernel, recording: Recording) -> Array
     read (``reading``), whichever way it was made.
     """
     n, count = len(robot.joints), len(recording.time)
-    driven, unknown = [j.name for j in robot.joints if not j.passive], imposed_joints(robot, recording)
+    driven = [joint.name for joint in robot.joints if not joint.passive]
     inputs = np.zeros((count, len(driven)))
-    direct = np.full((count, n), np.nan)
+    direct = np.zeros((count, n))
     for i, joint in enumerate(robot.joints):
-        if joint.passive or joint.name in unknown:
-            direct[:, i] = 0.0
-        elif recording.has(Quantity.EFFORT, joint.name):
-            direct[:, i] = recording.channel(Quantity.EFFORT, joint.name)
-        elif (by_current := effort_by_current(robot, joint, recording)) is not None:
-            direct[:, i] = by_current
-        elif (wanted := input_of(joint)) is not None:
-            inputs[:, driven.index(joint.name)] = recording.channel(wanted, joint.name)
+        if joint.passive:
+            continue
+        effort, given = _effort(robot, joint, recording), _input(joint, recording)
+        if effort is not None:
+            direct[:, i] = effort
+        elif given is not None:
+            inputs[:, driven.index(joint.name)], direct[:, i] = given, np.nan
     states = np.zeros((count, len(kernel.states)))
     gains = np.array([reading.effort_gain for reading in declared(robot)])
     actuated = kernel.rows("actuation_p", states, inputs, kernel.values) / gains

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from symdyn.base.errors import InputError
+from symdyn.numeric.candidates import Candidate
 from symdyn.numeric.conclude import specification
+from symdyn.numeric.explanation import Case, Explanation
 from symdyn.numeric.freed import numbers_of
 from symdyn.numeric.inquiry import Inquiry, estimates
 from symdyn.numeric.revision import without
@@ -43,10 +45,9 @@ def _reexamined(inquiry: Inquiry) -> Inquiry:
     shown_otherwise = inquiry.setting.revised or inquiry.setting.readings != inquiry.origin.readings
     for item in found if shown_otherwise else found[:-1]:  # the last one has just earned its place
         case, current, candidate = inquiry.case, inquiry.current, item[0]
-        corrected = any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found)
-        if corrected and case.certain(candidate, current):
+        if _corrected(candidate, current) and case.certain(candidate, current):
             continue
-        less = case.explain(tuple(other for other in current.found if other[0] is not candidate), current)
+        less = _less(case, current, candidate)
         if not case.confirms(candidate, less, current):
             told = f"{candidate.label} was taken out again: later findings explain it better"
             inquiry = replace(inquiry, current=less).noting(told)
@@ -64,9 +65,17 @@ def sized(inquiry: Inquiry) -> Inquiry:
     """Without what has no size in intervals as they are now, as it would have been refused: the latest first."""
     for candidate, _ in reversed(inquiry.current.found):
         case, current = inquiry.case, inquiry.current
-        corrected = any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in current.found)
-        if not corrected and not case.certain(candidate, current):
-            others = tuple(other for other in current.found if other[0] is not candidate)
+        if not _corrected(candidate, current) and not case.certain(candidate, current):
             told = f"{candidate.label} was taken out again: beside noise of positions its size cannot be told from zero"
-            inquiry = replace(inquiry, current=case.explain(others, current)).settled().noting(told)
+            inquiry = replace(inquiry, current=_less(case, current, candidate)).settled().noting(told)
     return inquiry
+
+
+def _corrected(candidate: Candidate, of: Explanation) -> bool:
+    """Whether another finding is a correction of it."""
+    return any(c.builds_on == candidate.effect and c.place == candidate.place for c, _ in of.found)
+
+
+def _less(case: Case, of: Explanation, candidate: Candidate) -> Explanation:
+    """All but that one."""
+    return case.explain(tuple(other for other in of.found if other[0] is not candidate), of)

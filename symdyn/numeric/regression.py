@@ -51,14 +51,14 @@ def solve_bounded(columns: Array, target: Array, size: Array, lower: Array, uppe
     A step that begins at a bound mostly ends at one: there it is looked for within the bounds first.
     """
     factor, scale = _factor(columns, target)
-    step, bound = None, False
     if np.any(lower >= 0.0) or np.any(upper <= 0.0):
-        step, bound = _within(factor, scale, size, lower, upper)
-    if step is None or not bound:
-        free = _solution(factor, scale, size).estimate
-        if np.all(free >= lower) and np.all(free <= upper):
-            return free
-    return _within(factor, scale, size, lower, upper)[0] if step is None else step
+        step, binds = _within(factor, scale, size, lower, upper)
+        if binds:
+            return step
+    free = _solution(factor, scale, size).estimate
+    if np.all(free >= lower) and np.all(free <= upper):
+        return free
+    return _within(factor, scale, size, lower, upper)[0]
 
 
 def _within(factor: Array, scale: Array, size: Array, lower: Array, upper: Array) -> tuple[Array, bool]:
