@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,13 +61,17 @@ def beyond_noise(bench: Workbench, p: Array, residual: Array, hidden: Array) -> 
     return found
 
 
-def left_by_positions(bench: Workbench, p: Array) -> Array:
-    """(n,) root mean square of what the noise of positions alone leaves of a residual in the band."""
+def left_by_positions(bench: Workbench, p: Array, error: Callable[[Array], Array] | None = None) -> Array:
+    """(n,) root mean square of what the noise of positions alone leaves of a residual in the band.
+
+    Or of that part of their second derivative which ``error`` tells at a frequency in radians per sample.
+    """
     o = bench.observation
     frequency = np.linspace(0.0, min(PASSES * bench.edge, 0.5 * o.rate), FINE)[1:]
     passes = passed(frequency[:, None], o.rate, o.motions)
     kept = passed(frequency[:, None], o.rate, np.array(bench.edge)) ** 2
-    density = _forces(bench, p, frequency, passes**2 * position_density(o))
+    part = passes if error is None else passes * error(2.0 * np.pi * frequency[:, None] / o.rate)
+    density = _forces(bench, p, frequency, part**2 * position_density(o))
     return np.asarray(np.sqrt(np.sum(kept * density, axis=0) * frequency[0]))
 
 

@@ -24,7 +24,7 @@ from symdyn.spec.records import Joint, Quantity, Robot, Side
 
 Array = NDArray[np.float64]
 
-BESIDE = 2  # samples on either side that the derivative of a filtered motion is taken from
+BESIDE = 2  # samples on either side that a derivative is taken from
 FILTER_ORDER = 4  # Butterworth, run forwards and backwards: no phase, order doubled
 KEPT = 0.5  # of a filter's edge: it takes 0.4 % of an amplitude there
 
@@ -92,9 +92,8 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
         smooth = low_pass(positions[part], rate, limit)
         time = recording.time[part]
         q[part] = smooth
-        beside = BESIDE if is_cut(rate, limit) else 1  # the shorter lets less noise through
-        qd[part] = derivative(smooth, time, beside)
-        qdd[part] = derivative(qd[part], time, beside)
+        qd[part] = derivative(smooth, time)
+        qdd[part] = derivative(qd[part], time)
     return Observation(
         recording.time,
         q,
@@ -205,6 +204,12 @@ def derivative(values: Array, time: Array, beside: int = BESIDE) -> Array:
         total += (change.T * weight).T
     slope[beside:-beside] = total
     return slope
+
+
+def slope_gain(turn: Array, beside: int = BESIDE) -> Array:
+    """What ``derivative`` makes of a motion of ``turn`` radians per sample, per what is its derivative."""
+    at = np.arange(-beside, beside + 1, dtype=float)
+    return np.asarray(derivative(np.sin(np.multiply.outer(at, turn)), at, beside)[beside] / turn)
 
 
 def is_cut(rate: float, cutoff: float) -> bool:

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.effects_fit import Fitted, Found
 from symdyn.numeric.laws import Laws
-from symdyn.numeric.observation import derivative
+from symdyn.numeric.observation import BESIDE, derivative, slope_gain
 from symdyn.numeric.probe import key_of
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
 
+WIDER = BESIDE + 1  # samples on either side
 WITHIN = (-0.375, -0.125, 0.125, 0.375)  # of a sample
 
 
@@ -48,6 +49,12 @@ def left_by_derivatives(bench: Workbench, p: Array) -> Array:
     """(K, n) in the analysis band: what wider polynomials make of the acceleration, times the inertias."""
     o, bent = bench.observation, np.zeros_like(bench.observation.q)
     for part in o.segments:
-        bent[part] = derivative(derivative(o.q[part], o.time[part]), o.time[part]) - o.qdd[part]
+        wider = derivative(derivative(o.q[part], o.time[part], WIDER), o.time[part], WIDER)
+        bent[part] = wider - o.qdd[part]
     inertia = bench.kernel.rows("mass_matrix_p", o.q, p)
     return np.asarray(bench.bring(np.einsum("kij,kj->ki", inertia, bent)) * bench.counted)
+
+
+def left_at(turn: Array) -> Array:
+    """The part of a second derivative that is such an error, of a motion of ``turn`` radians per sample."""
+    return slope_gain(turn, WIDER) ** 2 - slope_gain(turn) ** 2

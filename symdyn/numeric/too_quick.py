@@ -9,29 +9,30 @@ from numpy.typing import NDArray
 
 from symdyn.numeric.beyond_noise import left_by_positions
 from symdyn.numeric.explanation import joint_errors
-from symdyn.numeric.noise_floor import in_band, noise_density
 from symdyn.numeric.observation import Observation
 from symdyn.numeric.position_noise import position_density
-from symdyn.numeric.sampling import left_by_derivatives
+from symdyn.numeric.sampling import left_at, left_by_derivatives
 from symdyn.numeric.setting import LEAST_TRAVEL
 from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
 
 MUCH = 0.02  # of the effort: less than the laws that one looks for tell of it
-BEYOND = 2.0  # times what the noise of the sensors leaves
+BEYOND = 2.0  # times what noise makes of it
 MOST = 0.5  # of the motion's power
 
 
 def too_quick(bench: Workbench, p: Array, joints: Sequence[str]) -> list[str]:
-    """What people should know where derivatives leave much of an effort, and more than noise; nothing, if they do not.
+    """What people should know where derivatives leave much of an effort; nothing, if they do not.
+
+    What the noise of positions leaves that way is no motion. What a motion leaves is in all numbers, however loud the
+    noise is beside it.
 
     Nor may what is differentiated leave out most of all motion: no noise floor is seen below a motion that goes up to
     half the rate, and what is slow in it is taken for all there is.
     """
     left = left_by_derivatives(bench, p)
-    noise = np.hypot(in_band(noise_density(bench, p), bench), left_by_positions(bench, p))
-    beyond = np.sqrt(np.mean(left**2, axis=0)) > BEYOND * noise
+    beyond = np.sqrt(np.mean(left**2, axis=0)) > BEYOND * left_by_positions(bench, p, left_at)
     parts = joint_errors(left, bench)
     doubts = [
         f"{joint} moves too quickly for its samples: derivatives alone leave {100.0 * part:.0f} % of its effort, and "

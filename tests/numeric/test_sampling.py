@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from symdyn.compiler import robot_from_text
+from symdyn.compiler import compile_robot, robot_from_text
+from symdyn.numeric.beyond_noise import left_by_positions
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.explanation import Case
 from symdyn.numeric.findings import Verdict
+from symdyn.numeric.observation import observe
 from symdyn.numeric.recording import Recording
-from symdyn.numeric.sampling import left_by_sampling
+from symdyn.numeric.sampling import left_at, left_by_derivatives, left_by_sampling
 from symdyn.numeric.setting import prepare
+from symdyn.numeric.workbench import Workbench
 
 from .pendulum import recording
 
@@ -97,3 +100,33 @@ def test_without_dry_friction_little_is_between_samples() -> None:
         of = left_by_sampling(case.judged, (), (), explained.fit.p)
         sizes.append(float(np.sqrt(np.mean(of**2))))
     assert sizes[0] < 0.3 * sizes[1]
+
+
+def taken(q: Array) -> Workbench:
+    """The arm of which these positions were taken (N,) at 200 Hz; every derivative is looked at."""
+    time = np.arange(len(q)) / 200.0
+    robot = robot_from_text(MODEL, "arm.toml")
+    kernel = compile_robot(robot).kernel()
+    return Workbench(kernel, observe(robot, kernel, recording(time, q, 0.0 * q), cutoff=1e9), planned=True)
+
+
+@pytest.mark.parametrize("turn", [0.3, 0.6, 0.9])
+def test_what_derivatives_leave_of_a_motion_is_told_by_wider_ones(turn: float) -> None:
+    """``turn`` radians per sample: what they are off by, within a third."""
+    bench = taken(np.sin(turn * np.arange(4000)))
+    inner = slice(10, -10)  # the ends have fewer samples
+    told = left_by_derivatives(bench, bench.kernel.values)[inner]
+    o = bench.observation
+    inertia = bench.kernel.rows("mass_matrix_p", o.q, bench.kernel.values)[0, 0, 0]
+    true = inertia * (o.qdd + (turn * o.rate) ** 2 * o.q)[inner]
+    assert 0.66 * np.std(true) < np.std(told) < np.std(true)
+    share = inertia * (turn * o.rate) ** 2 * float(left_at(np.array(turn))) * np.std(o.q)
+    assert np.std(told) == pytest.approx(share, rel=1e-3)
+
+
+def test_what_derivatives_leave_of_noise_is_told_by_its_level() -> None:
+    bench = taken(1e-5 * np.random.default_rng(3).standard_normal(20000))
+    p = bench.kernel.values
+    left = np.std(left_by_derivatives(bench, p))
+    assert left == pytest.approx(left_by_positions(bench, p, left_at)[0], rel=0.1)
+    assert left < 0.5 * left_by_positions(bench, p)[0]

@@ -88,6 +88,12 @@ def test_a_fit_by_inverse_dynamics_alone_tells_its_doubts_too() -> None:
     assert slow.parameters["k"].value == pytest.approx(STIFFNESS, rel=0.01)
 
 
+def test_what_a_motion_leaves_is_told_beside_noise_that_is_as_loud() -> None:
+    """So much noise of positions that what derivatives leave is within it: the mass would be 6 % off."""
+    seen = identify(robot_from_text(MODEL, "oscillator.toml"), shaken(1, HARDENING))
+    assert any("derivatives alone leave 3 % of its effort" in alarm for alarm in seen.alarms)
+
+
 def test_a_motion_that_is_hardly_looked_at_is_told() -> None:
     """So stiff that its motion goes up to half the rate: what is slow in it is differentiated, and is little."""
     chaotic = identify(robot_from_text(MODEL, "oscillator.toml"), shaken(1, 1.0e9, 200.0))
