@@ -133,12 +133,12 @@ class EffectsFit:
         loaded = any(candidate.effect in load_dependent() for candidate, _ in found)
         ended = True
         for _ in range(turns if loaded else 1):
-            added = np.concatenate([self._added(self.laws, found, state, p), begun], axis=2)
+            added = self._added(self.laws, found, state, p)
             p, start, done_so = minimise(
                 self.laws.bench,
                 p,
                 self.own,
-                added,
+                np.concatenate([added, begun], axis=2),
                 start,
                 names,
                 weight,
@@ -156,7 +156,8 @@ class EffectsFit:
             done.append(Fitted(tuple(float(x) for x in start[at : at + count]), f.shapes))
             at += count
         weight = weight * (self.laws.bench.passive.inertia(weighed) / self.laws.bench.passive.inertia(p))
-        return p, done, float(np.sum((self.residual(self.laws, found, p, done) * weight) ** 2)), ended
+        added = self._added(self.laws, found, done, p) if loaded else added
+        return p, done, float(np.sum((self._left(self.laws, done, p, added, begun) * weight) ** 2)), ended
 
     def _added(self, laws: Laws, found: Found, state: Sequence[Fitted], p: Array) -> Array:
         """(K, n, e) columns of the linear parameters of all effects found."""
@@ -164,10 +165,12 @@ class EffectsFit:
         return np.concatenate([np.zeros((*laws.bench.effort.shape, 0)), *parts], axis=2)
 
     def residual(self, laws: Laws, found: Found, p: Array, state: Sequence[Fitted]) -> Array:
+        return self._left(laws, state, p, self._added(laws, found, state, p), self._begun(laws, found, state))
+
+    def _left(self, laws: Laws, state: Sequence[Fitted], p: Array, added: Array, begun: Array) -> Array:
+        """(K, n) the same with columns of the effects, and of how their states began, that are known."""
         coefficients = np.array([value for f in state for value in f.coefficients])
-        own = laws.bench.left(p, self.own)
-        left = own - times(self._added(laws, found, state, p), coefficients)
-        return without(left, self._begun(laws, found, state))
+        return without(laws.bench.left(p, self.own) - times(added, coefficients), begun)
 
     @staticmethod
     def _begun(laws: Laws, found: Found, state: Sequence[Fitted]) -> Array:

@@ -53,12 +53,12 @@ class Laws:
             of, known = self._under.get(candidate.law, (b"", np.zeros(0)))
             if of != p.tobytes():
                 joint = self.joint(candidate)
-                known = self._forces(candidate, shapes, self.load(joint, p)) * self.bench.counted[:, [joint]]
+                known = self._forces(candidate, shapes, self.load(joint, p)) * self.bench.counted[:, joint, None]
                 self._under[candidate.law] = p.tobytes(), known
             return known
         joint = self.joint(candidate)
         forces = self._known[joint].of((candidate.law, tuple(shapes)), lambda: self._forces(candidate, shapes))
-        return np.asarray(forces * self.bench.counted[:, [joint]])
+        return np.asarray(forces * self.bench.counted[:, joint, None])
 
     def starts(self, candidate: Candidate, shapes: Sequence[float]) -> Array:
         """(K, m) effort at the candidate's joint because of how its states began; m = 0 for most."""
@@ -66,7 +66,7 @@ class Laws:
         forces = self._known[joint].of(
             (f"{candidate.law}, begun", tuple(shapes)), lambda: self._begun(candidate, shapes)
         )
-        return np.asarray(forces * self.bench.counted[:, [joint]])
+        return np.asarray(forces * self.bench.counted[:, joint, None])
 
     def _begun(self, candidate: Candidate, shapes: Sequence[float]) -> Array:
         """(K, m) in the analysis band."""

@@ -35,20 +35,29 @@ def _symbols(law: Effect) -> Values:
     return {schema.name: symbols.local(schema.name) for schema in law.parameters}
 
 
-def remembered(kernel: Kernel, q: Array, qd: Array, time: Array, segments: tuple[slice, ...], p: Array) -> Array:
+def remembered(
+    kernel: Kernel,
+    q: Array,
+    qd: Array,
+    time: Array,
+    segments: tuple[slice, ...],
+    p: Array,
+    together: bool | None = None,
+) -> Array:
     """(N, n) effort that the hidden states exert at the joints along a motion q, qd (N, n).
 
     The kernel's own rates are integrated from sample to sample with the motion halfway between them, by
     the exponential Euler rule: exact where a rate is linear in its state, and stable however fast
     it is. Every segment begins from zero; states that act on one another (an elastic load) begin where their rates
-    vanish: in step with the motion.
+    vanish: in step with the motion. ``together`` says whether these do (None: that is found out).
     """
     states = np.zeros((len(time), len(kernel.states)))
     n = q.shape[1]
     states[:, :n], states[:, n : 2 * n] = q, qd
     inputs = np.zeros((len(time), len(kernel.inputs)))
     rate, own = kernel.hidden_state_derivative_p_into, np.array(p)  # copies: compiled code wants what it could write to
-    together = bool(np.any(coupled(rate, states[0], inputs[0], own, 2 * n)))
+    if together is None:
+        together = bool(np.any(coupled(rate, states[0], inputs[0], own, 2 * n)))
     for part in segments:
         if together:
             settle(rate, states[part.start], inputs[0], own, 2 * n)

@@ -16,7 +16,7 @@ from symdyn.numeric.circuits import effort_by_current, input_of
 from symdyn.numeric.known import Known, known_in
 from symdyn.numeric.mechanics import at_joints
 from symdyn.numeric.memory import driven_states
-from symdyn.numeric.position_spectrum import WHOLE, motion_cutoff
+from symdyn.numeric.position_spectrum import WHOLE, floor, motion_cutoff
 from symdyn.numeric.reading import declared
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.steady_clock import steady
@@ -42,6 +42,7 @@ class Observation:
     sample_time: float
     cutoff: float  # Hz: positions were low-passed there before they were differentiated
     measured: Array  # (N, n) positions before that
+    trembling: Array  # (n,) power density per hertz of their noise
     below: tuple[float, ...] | None = None  # Hz, of each joint: where its own were, if that is lower
     quick: Array | None = None  # (N, n) speeds as they were before that; None: nothing was lower
     factor: Array | None = None  # (n,) tau per effort as it was shown; None: ones
@@ -104,6 +105,7 @@ def observe(robot: Robot, kernel: Kernel, recording: Recording, cutoff: float | 
         recording.sample_time,
         limit,
         positions,
+        floor(positions, recording.segments, rate),
         passed_on=_passed_on(robot, recording),
         known=known_in(kernel, recording),
         imposed=_imposed(robot, recording),

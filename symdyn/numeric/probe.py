@@ -57,16 +57,16 @@ class Probe:
     ) -> Array:
         """(N,) effort that the joint must exert against the effect with these parameters, along the motion.
 
-        The probe has an inertia of one: a ``load`` (N,) in the place of the acceleration is the load of its joint.
+        The probe has an inertia of one, and nothing else: a ``load`` (N,) in the place of the acceleration is the load
+        of its joint.
         """
-        plain, p = self.kernel.values, self._numbers(effect, values)
+        p = self._numbers(effect, values)
         q, qd, qdd = (np.ascontiguousarray(a[:, [joint]]) for a in (seen.q, seen.qd, seen.qdd))
         qdd = qdd if load is None else load[:, None]
-        required, without = (self.kernel.rows("inverse_dynamics_p", q, qd, qdd, x)[:, 0] for x in (p, plain))
-        required = required - without
+        required = self.kernel.rows("inverse_dynamics_p", q, qd, qdd, p) - qdd
         if effect in self.memory:
-            required = required - remembered(self.kernel, q, qd, seen.time, seen.segments, p)[:, 0]
-        return np.asarray(required)
+            required -= remembered(self.kernel, q, qd, seen.time, seen.segments, p, self.swings)
+        return required[:, 0]
 
     def starts(self, effect: str, values: Mapping[str, float], seen: Observation) -> Array:
         """(N, m) the same because of how its states began, one of them in one stretch at a time; m = 0 for most."""

@@ -67,8 +67,8 @@ def _within(factor: Array, scale: Array, size: Array, lower: Array, upper: Array
     scaled = factor[:k, :k] * (scale * size)
     # A whisper of a pull to zero keeps what the data do not tell in place.
     whisper = RANK_TOLERANCE * np.linalg.norm(scaled) * np.eye(k)
-    design = np.vstack([scaled, whisper])
-    target = np.concatenate([factor[:k, k], np.zeros(k)])
+    whole = triangle(np.block([[scaled, factor[:k, k:]], [whisper, np.zeros((k, 1))]]))
+    design, target = whole[:k, :k], whole[:k, k]
     limits = (lower / size, upper / size)
     with suppress(np.linalg.LinAlgError):  # LAPACK's divide and conquer fails once in very many times
         found = optimize.lsq_linear(design, target, bounds=limits, method="bvls")  # few bounds bind: quick, and exact

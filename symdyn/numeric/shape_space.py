@@ -14,6 +14,7 @@ from symdyn.spec.effect_schema import ParameterSchema, Scan
 Array = NDArray[np.float64]
 
 STEPS = 15  # of a least-squares search
+SETTLED = 1e-5  # relative fall of what is left: of a hundred thousand samples' noise, that of one
 STARTS = 3  # beside the best of the grid
 APART = 2  # steps of the grid, in some parameter, between two starts
 BEYOND = 2.0  # factor that a search may leave the grid by
@@ -61,6 +62,7 @@ class ShapeSpace:
             x,
             bounds=(self.low, self.high),
             diff_step=np.full(len(x), NUDGE),
+            ftol=SETTLED,
             max_nfev=STEPS,
         )
         return self._outwards(found.x)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from symdyn.numeric.beyond_noise import left_by_positions
 from symdyn.numeric.explanation import joint_errors
 from symdyn.numeric.observation import Observation
-from symdyn.numeric.position_noise import position_density
 from symdyn.numeric.sampling import left_at, left_by_derivatives
 from symdyn.numeric.setting import LEAST_TRAVEL
 from symdyn.numeric.workbench import Workbench
@@ -56,5 +55,5 @@ def _left_out(o: Observation) -> Array:
     Of a joint that stands nothing is.
     """
     motion = np.where(np.ptp(o.measured, axis=0) >= LEAST_TRAVEL, np.var(o.measured, axis=0), np.inf)
-    noise = 0.5 * o.rate * position_density(o)
+    noise = 0.5 * o.rate * o.trembling
     return np.asarray((np.mean((o.measured - o.q) ** 2, axis=0) - noise) / motion)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from symdyn.base.errors import NumericalError
 from symdyn.numeric.explanation import Case, Explanation
 from symdyn.numeric.inquiry import Inquiry
-from symdyn.numeric.position_noise import position_density
 
 Array = NDArray[np.float64]
 
@@ -29,7 +28,7 @@ def with_trembling(inquiry: Inquiry, progress: Callable[[str], None]) -> Inquiry
         return inquiry
     progress("how far the noise of positions bends the numbers")
     seen = inquiry.setting.seen
-    sizes = np.sqrt(position_density(seen) * seen.rate / 2.0)  # of white noise: its density up to half the rate
+    sizes = np.sqrt(seen.trembling * seen.rate / 2.0)  # of white noise: its density up to half the rate
     samples = len(inquiry.setting.training.time)  # of an observation there may be other ones, at even steps
     noise = sizes * np.random.default_rng(0).standard_normal((samples, len(sizes)))
     try:

@@ -17,7 +17,7 @@ TIME = np.arange(5000) / RATE
 
 def seen(cutoff: float = 200.0, segments: tuple[slice, ...] = (slice(0, len(TIME)),)) -> Observation:
     nothing = np.zeros((len(TIME), 1))
-    return Observation(TIME, nothing, nothing, nothing, nothing, segments, 1.0 / RATE, cutoff, nothing)
+    return Observation(TIME, nothing, nothing, nothing, nothing, segments, 1.0 / RATE, cutoff, nothing, np.zeros(1))
 
 
 def wave(hertz: float, size: float = 1.0) -> Array:

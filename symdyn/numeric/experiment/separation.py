@@ -56,7 +56,8 @@ def _imagined(truth: Explained, rival: Explained, motion: Motion) -> Workbench:
     effort = truth.effort(motion)
     step = float(motion.time[1] - motion.time[0])
     whole = (slice(0, len(effort)),)
-    seen = Observation(motion.time, motion.q, motion.qd, motion.qdd, effort, whole, step, 0.4 / step, motion.q)
+    still = np.zeros(motion.q.shape[1])
+    seen = Observation(motion.time, motion.q, motion.qd, motion.qdd, effort, whole, step, 0.4 / step, motion.q, still)
     return Workbench(rival.kernel, seen, planned=True)
 
 
