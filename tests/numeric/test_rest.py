@@ -12,6 +12,7 @@ import pytest
 from symdyn.compiler import robot_from_text
 from symdyn.numeric.diagnose import diagnose
 from symdyn.numeric.explanation import Case
+from symdyn.numeric.position_spectrum import floor
 from symdyn.numeric.recording import Recording
 from symdyn.numeric.rest import TOUCHED, often_stands, resting
 from symdyn.numeric.setting import Setting, prepare
@@ -102,5 +103,6 @@ def test_a_joint_stands_though_its_motion_is_taken_below_the_steps_of_its_encode
 def test_a_coarse_encoder_is_not_asked_where_a_joint_stands_but_for_its_smoothed_motion() -> None:
     """Before it was smoothed its noise would hide most of the motion."""
     observed = setting().below("arm", 34.0).case(34.0).bench.observation
-    coarse = replace(observed, measured=1e-3 * np.round(observed.measured / 1e-3))
+    steps = 1e-3 * np.round(observed.measured / 1e-3)
+    coarse = replace(observed, trembling=floor(steps, observed.segments, observed.rate))
     assert np.array_equal(resting(coarse), resting(replace(coarse, quick=None)))
