@@ -70,7 +70,7 @@ def left_by_positions(bench: Workbench, p: Array, error: Callable[[Array], Array
     passes = passed(frequency[:, None], o.rate, o.motions)
     kept = passed(frequency[:, None], o.rate, np.array(bench.edge)) ** 2
     part = passes if error is None else passes * error(2.0 * np.pi * frequency[:, None] / o.rate)
-    density = _forces(bench, p, frequency, part**2 * o.trembling)
+    density = _forces(bench, p, frequency, part**2 * o.noise)
     return np.asarray(np.sqrt(np.sum(kept * density, axis=0) * frequency[0]))
 
 
@@ -95,7 +95,7 @@ def _of_sensors(bench: Workbench, p: Array, frequency: Array) -> Array:
     passes = passed(frequency[:, None], o.rate, o.motions)
     longest = max(o.segments, key=lambda part: part.stop - part.start)
     shown = np.stack([np.interp(frequency, *spectrum(q, o.rate)) for q in o.measured[longest].T], axis=1)
-    noise = o.trembling
+    noise = o.noise
     known = passes**2 * noise + (1.0 - passes) ** 2 * np.maximum(shown - noise, 0.0)
     hidden = _forces(bench, p, frequency, (1.0 - passes) ** 2 * np.minimum(shown, noise))
     at_least = np.minimum(hidden, _efforts(bench, frequency)) if np.any(o.tau) else hidden

@@ -42,7 +42,7 @@ class Observation:
     sample_time: float
     cutoff: float  # Hz: positions were low-passed there before they were differentiated
     measured: Array  # (N, n) positions before that
-    trembling: Array  # (n,) power density per hertz of their noise
+    noise: Array  # (n,) power density per hertz of what these are off by
     below: tuple[float, ...] | None = None  # Hz, of each joint: where its own were, if that is lower
     quick: Array | None = None  # (N, n) speeds as they were before that; None: nothing was lower
     factor: Array | None = None  # (n,) tau per effort as it was shown; None: ones

@@ -14,4 +14,4 @@ def speed_noise(observation: Observation, motions: Array | None = None) -> Array
     """(n,) standard deviation of the noise in ``observation.qd``: the position's, differentiated, below ``motions``."""
     o = observation
     edges = o.motions if motions is None else motions
-    return np.asarray(np.sqrt(o.trembling * (2.0 * np.pi) ** 2 * edges**3 / 3.0))
+    return np.asarray(np.sqrt(o.noise * (2.0 * np.pi) ** 2 * edges**3 / 3.0))

@@ -27,7 +27,7 @@ def read(seen: Observation, readings: Sequence[Reading]) -> Observation:
         qdd=seen.qdd / gain,
         quick=None if seen.quick is None else seen.quick / gain,
         measured=(seen.measured - offset) / gain,
-        trembling=seen.trembling / gain**2,
+        noise=seen.noise / gain**2,
         tau=np.clip(factor * _advanced(seen, readings), -limit, limit),
         factor=None if np.all(factor == 1.0) else factor,
     )

@@ -55,5 +55,5 @@ def _left_out(o: Observation) -> Array:
     Of a joint that stands nothing is.
     """
     motion = np.where(np.ptp(o.measured, axis=0) >= LEAST_TRAVEL, np.var(o.measured, axis=0), np.inf)
-    noise = 0.5 * o.rate * o.trembling
+    noise = 0.5 * o.rate * o.noise
     return np.asarray((np.mean((o.measured - o.q) ** 2, axis=0) - noise) / motion)

@@ -28,7 +28,7 @@ def with_trembling(inquiry: Inquiry, progress: Callable[[str], None]) -> Inquiry
         return inquiry
     progress("how far the noise of positions bends the numbers")
     seen = inquiry.setting.seen
-    sizes = np.sqrt(seen.trembling * seen.rate / 2.0)  # of white noise: its density up to half the rate
+    sizes = np.sqrt(seen.noise * seen.rate / 2.0)  # of white noise: its density up to half the rate
     samples = len(inquiry.setting.training.time)  # of an observation there may be other ones, at even steps
     noise = sizes * np.random.default_rng(0).standard_normal((samples, len(sizes)))
     try:

@@ -30,6 +30,16 @@ def test_a_load_does_not_hold_the_noise_of_positions() -> None:
     assert np.std(load[inner] - needed[inner]) < 0.02 * np.std(needed)
 
 
+def test_a_probe_without_its_laws_is_an_inertia_of_one() -> None:
+    """What an effect exerts is what its probe needs beside the acceleration."""
+    setting = prepare(pendulum(), record(1), record(2), lambda _: None)
+    seen = setting.seen
+    assert len(setting.probes) > 1
+    for probe in setting.probes.values():
+        needed = probe.kernel.rows("inverse_dynamics_p", seen.q, seen.qd, seen.qdd, probe.kernel.values)
+        np.testing.assert_array_equal(needed, seen.qdd)
+
+
 @pytest.mark.slow
 def test_a_law_that_a_fit_would_take_beyond_its_bounds_is_refused() -> None:
     """No gear takes 1.3 times what it transmits."""

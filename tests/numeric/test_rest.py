@@ -104,5 +104,5 @@ def test_a_coarse_encoder_is_not_asked_where_a_joint_stands_but_for_its_smoothed
     """Before it was smoothed its noise would hide most of the motion."""
     observed = setting().below("arm", 34.0).case(34.0).bench.observation
     steps = 1e-3 * np.round(observed.measured / 1e-3)
-    coarse = replace(observed, trembling=floor(steps, observed.segments, observed.rate))
+    coarse = replace(observed, noise=floor(steps, observed.segments, observed.rate))
     assert np.array_equal(resting(coarse), resting(replace(coarse, quick=None)))
