@@ -32,7 +32,7 @@ from symdyn.numeric.filtering.propose import (
     stiffened,
 )
 from symdyn.numeric.filtering.reach import with_reach
-from symdyn.numeric.filtering.refused import both, reconsidered
+from symdyn.numeric.filtering.refused import both, fitted_anew, reconsidered
 from symdyn.numeric.filtering.remembering import Laws, laws_with_memory, suffice
 from symdyn.numeric.filtering.signals import stretch
 from symdyn.numeric.filtering.simpler import simpler
@@ -130,13 +130,15 @@ def _searched(
         if current.found != asked and promises_most(model, current, best, remembering):
             laws = laws_with_memory(model, current, best, remembering, recordings, progress)
             remembering = ()
-        search = doubt and not suffice(laws)
+        search, refused = doubt and not suffice(laws), None
+        if search and best is not None:
+            best, tried, refused = fitted_anew(model, current, best, tried, progress)
         if current.found != asked and search:  # begun with the model as given, whatever was fitted meanwhile
             best, tried = loosened(model, current, best, tried, alarms, progress)
         asked = current.found
         pair = None
         if search and best is not None:
-            best, pair = reconsidered(model, current, best, tried, progress)
+            best, pair = reconsidered(model, current, best, tried, refused, progress)
         elif search:
             pair = both(model, current, tried, progress)
         if best is None and pair is None and search:

@@ -42,30 +42,59 @@ def both(model: Model, current: Explanation, tried: Sequence[Step], progress: Pr
     return None
 
 
-def reconsidered(
+def fitted_anew(
     model: Model, current: Explanation, best: Step, tried: Sequence[Step], progress: Progress
-) -> tuple[Step | None, Pair | None]:
-    """What explains more than ``best`` where a hypothesis is far likelier, and free runs refuse it: the same hypothesis
-    fitted from the model as given, or with a second effect beside it; else ``best``.
+) -> tuple[Step, tuple[Step, ...], Step | None]:
+    """``best``, or the hypothesis that is far likelier and that free runs refuse, fitted from the model as given, where
+    that is better; all that were tried, with it; and the one that was refused all the same.
 
-    A fit beside which something is missing, or that began astray, is bent elsewhere: free runs then tell of that and
-    not of the hypothesis, and what is taken in its place makes up for it.
+    A fit that began astray is bent elsewhere: free runs then tell of that and not of the hypothesis, and what is taken
+    in its place makes up for it. What is asked next (play) is asked in vain where this tells all.
     """
-    likeliest = max(tried, key=lambda each: worth(model, each))
-    if worth(model, best) >= LIKELY * worth(model, likeliest) or not _sure(model, current, likeliest):
-        return best, None
-    if not allowed(f"whether {likeliest.score.candidate.label} was refused for something else"):
-        return best, None
+    likeliest = _refused(model, current, best, tried)
+    if likeliest is None or not _asked(likeliest):
+        return best, tuple(tried), None
     after = relieved(model, likeliest.after, progress)
-    if after is not None:
-        gain, p_value = current.fit.loss - after.fit.loss, heldout_p_value(current, after)
-        likeliest = replace(likeliest, after=after, gain=gain, p_value=p_value)
-        if earns(model, current, after, likeliest.score.candidate) and improves(best.after, after):
-            return likeliest, None
-    pair = both(model, current, (likeliest,), progress)
+    if after is None:
+        return best, tuple(tried), likeliest
+    gain, p_value = current.fit.loss - after.fit.loss, heldout_p_value(current, after)
+    anew = replace(likeliest, after=after, gain=gain, p_value=p_value)
+    tried = tuple(anew if each is likeliest else each for each in tried)
+    if earns(model, current, after, anew.score.candidate) and improves(best.after, after):
+        return anew, tried, None
+    return best, tried, anew
+
+
+def reconsidered(
+    model: Model, current: Explanation, best: Step, tried: Sequence[Step], refused: Step | None, progress: Progress
+) -> tuple[Step | None, Pair | None]:
+    """What explains more than ``best`` where a hypothesis is far likelier, and free runs refuse it: it with a second
+    effect beside it, or, if it is not the one that was ``refused`` already, fitted from the model as given; else
+    ``best``. A fit beside which something is missing is bent elsewhere, too.
+    """
+    likeliest = _refused(model, current, best, tried)
+    if likeliest is None:
+        return best, None
+    if likeliest is not refused:
+        best, _, refused = fitted_anew(model, current, best, tried, progress)
+    if refused is None:
+        return best, None
+    pair = both(model, current, (refused,), progress)
     if pair is None or pair[1].after.fit.loss > best.after.fit.loss or not improves(best.after, pair[1].after):
         return best, None
     return None, pair
+
+
+def _asked(of: Step) -> bool:
+    return allowed(f"whether {of.score.candidate.label} was refused for something else")
+
+
+def _refused(model: Model, current: Explanation, best: Step, tried: Sequence[Step]) -> Step | None:
+    """The likeliest hypothesis, where it is far likelier than ``best``, and sure."""
+    likeliest = max(tried, key=lambda each: worth(model, each))
+    if worth(model, best) >= LIKELY * worth(model, likeliest) or not _sure(model, current, likeliest):
+        return None
+    return likeliest
 
 
 def _sure(model: Model, current: Explanation, of: Step) -> bool:
