@@ -16,7 +16,7 @@ from symdyn.numeric.workbench import Workbench
 
 Array = NDArray[np.float64]
 
-WIDER = BESIDE + 1  # samples on either side
+WIDER = BESIDE + 1  # samples on either side, of the derivatives that judge those of an observation
 WITHIN = (-0.375, -0.125, 0.125, 0.375)  # of a sample
 
 

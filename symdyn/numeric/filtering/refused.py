@@ -52,7 +52,9 @@ def fitted_anew(
     in its place makes up for it. What is asked next (play) is asked in vain where this tells all.
     """
     likeliest = _refused(model, current, best, tried)
-    if likeliest is None or not _asked(likeliest):
+    if likeliest is None:
+        return best, tuple(tried), None
+    if not allowed(f"whether {likeliest.score.candidate.label} was refused for something else"):
         return best, tuple(tried), None
     after = relieved(model, likeliest.after, progress)
     if after is None:
@@ -83,10 +85,6 @@ def reconsidered(
     if pair is None or pair[1].after.fit.loss > best.after.fit.loss or not improves(best.after, pair[1].after):
         return best, None
     return None, pair
-
-
-def _asked(of: Step) -> bool:
-    return allowed(f"whether {of.score.candidate.label} was refused for something else")
 
 
 def _refused(model: Model, current: Explanation, best: Step, tried: Sequence[Step]) -> Step | None:
